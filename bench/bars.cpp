@@ -12,10 +12,10 @@
 #include <utility>
 #include <vector>
 
-#include "compile/free_motion.hpp"
 #include "dvdx/dvdx.h"
 #include "dvdx/layouts/convert.hpp"
 #include "dvdx/plan.hpp"
+#include "free/free_motion.hpp"
 #include "isa/passes.hpp"
 #include "support/race.hpp"
 #include "support/report.hpp"
@@ -316,7 +316,7 @@ void rates(Report& report, const Run& run) {
   }
   const RateRun work{in_cache, frame, W.data(), g.data(), A.data(), B.data(), C.data(), S.data(), X.data()};
   for (const Isa isa : available_isas()) {
-    const double seconds = shortest(run.effort, [&] { find_passes(isa)->rate(work); });
+    const double seconds = shortest(run.effort, [&] { find_passes(isa)->f64.free.rate(work); });
     report.figure("coefficients each, " + std::string(name(isa)), seconds * 1e9 / in_cache, "ns", "a particle, five each");
   }
   const double seconds =

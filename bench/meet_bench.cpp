@@ -6,12 +6,12 @@
 #include <vector>
 
 #include "dvdx/plan.hpp"
-#include "execute/tasks.hpp"
 #include "isa/passes.hpp"
-#include "passes/meet/lists.hpp"
+#include "meet/lists.hpp"
 #include "support/benches.hpp"
 #include "support/plan_bench.hpp"
 #include "support/scenes.hpp"
+#include "work/tasks.hpp"
 
 namespace dvdx::bench {
 namespace {

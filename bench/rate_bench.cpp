@@ -39,7 +39,7 @@ void time_making(benchmark::State& timing, Isa isa, std::size_t count) {
   }
   timing.SetItemsProcessed(timing.iterations() * static_cast<std::int64_t>(count));
   timing.SetBytesProcessed(timing.iterations() * static_cast<std::int64_t>(count * 7 * sizeof(double)));
-  find_passes(Isa::reference)->rate(expected.run());
+  find_passes(Isa::reference)->f64.free.rate(expected.run());
   if (columns != expected) timing.SkipWithError("differs from the reference");
 }
 

@@ -3,7 +3,7 @@
 # No object of the library calls a function of the math library whose last bit differs from one such library to the next: states,
 # coefficients, numbers of sub-steps and `explain` are then the same everywhere. Functions that IEEE 754 defines to the bit may
 # be called (sqrt, fma, remainder, nearbyint, floor, frexp, ldexp, nextafter). Nor does one print or read numbers by the caller's
-# locale: kernel/src/text.hpp writes them by std::to_chars.
+# locale: kernel/src/scene/text.hpp writes them by std::to_chars.
 set(inexact "sin|cos|tan|sincos|asin|acos|atan|atan2|sinh|cosh|tanh|asinh|acosh|atanh|sinpi|cospi|exp|exp2|exp10|expm1|log|log2|log10|log1p|pow|hypot|cbrt|erf|erfc|tgamma|lgamma")
 set(of_locale "f?printf|sn?printf|vsn?printf|v?f?printf|f?scanf|sscanf|strto(d|f|ld|l|ul|ll|ull)|ato(f|i|l|ll)|setlocale|localeconv")
 execute_process(COMMAND ${NM} -A --undefined-only ${ARCHIVE} OUTPUT_VARIABLE symbols RESULT_VARIABLE result)

@@ -1,5 +1,5 @@
 // The claims of `explain` about a scene's accuracy, measured: the differences of a path at h, h/2 and h/4.
-#include "compile/accuracy.hpp"
+#include "stability/accuracy.hpp"
 
 #include <doctest/doctest.h>
 

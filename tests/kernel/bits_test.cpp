@@ -10,12 +10,12 @@
 #include <utility>
 #include <vector>
 
-#include "compile/free_motion.hpp"
 #include "dvdx/plan.hpp"
-#include "execute/tasks.hpp"
+#include "free/free_motion.hpp"
 #include "support/batch.hpp"
 #include "support/scenes.hpp"
 #include "support/threads.hpp"
+#include "work/tasks.hpp"
 #if defined(DVDX_TEST_OPENMP)
 #include "dvdx/openmp.hpp"
 #endif

@@ -11,11 +11,11 @@
 #include <variant>
 #include <vector>
 
-#include "compile/list_rates.hpp"
 #include "dvdx/layouts/state_hash.hpp"
 #include "dvdx/plan.hpp"
 #include "kernel/passes/cloths.hpp"
 #include "kernel/passes/joined_run.hpp"
+#include "springs/list_rates.hpp"
 #include "support/batch.hpp"
 #include "support/close.hpp"
 

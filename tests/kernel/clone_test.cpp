@@ -10,9 +10,9 @@
 
 #include "dvdx/layouts/state_hash.hpp"
 #include "dvdx/plan.hpp"
-#include "execute/plan_parts.hpp"
 #include "kernel/passes/cloths.hpp"
 #include "kernel/passes/joined_run.hpp"
+#include "plan/plan_parts.hpp"
 #include "support/batch.hpp"
 #include "support/scenes.hpp"
 

@@ -1,5 +1,5 @@
 // The caller's floating-point modes and flags: not seen by a step, and not changed by it.
-#include "execute/environment.hpp"
+#include "work/environment.hpp"
 
 #include <doctest/doctest.h>
 

@@ -11,7 +11,7 @@
 #include <type_traits>
 
 #include "dvdx/plan.hpp"
-#include "execute/plan_parts.hpp"
+#include "plan/plan_parts.hpp"
 #include "support/isas.hpp"
 
 namespace isa_test {
@@ -116,7 +116,7 @@ TEST_CASE_TEMPLATE("every ISA has a table of its own, of its own width and its o
       const Passes* passes = find_passes(isa, arithmetic);
       REQUIRE(passes != nullptr);
       const Kernels<T>* kernels = &passes->of<T>();
-      CHECK(kernels->lanes == lanes_of<T>(isa));
+      CHECK(kernels->free.lanes == lanes_of<T>(isa));
       const std::size_t kinds = 6;  // drift, fused, shear; with coefficients each
       expected += isa == Isa::reference ? extras : 2 * flows + 2 * kinds;
       for (const auto& flow : kernels->step) {
@@ -152,10 +152,10 @@ TEST_CASE("a step runs the functions of its program's table and no others") {
     const Passes& passes = *find_passes(isa);
     auto compiled = std::make_shared<CompiledScene<float>>(scene, Options{}, isa, passes, std::nullopt, std::vector<Vec3>{},
                                                            Particles::of_state);
-    auto motion = std::make_unique<FreeMotion<float>>(compiled->scene, Options{}, passes, std::nullopt, compiled->start,
-                                                      compiled->shapes);
-    CHECK(motion->kernels == &passes.f32);
-    Kernels<float> table = *motion->kernels;
+    auto motion = std::make_unique<FreeMotion<float>>(compiled->scene, Options{}, passes.f32.free, std::nullopt,
+                                                      compiled->start, compiled->shapes);
+    CHECK(motion->kernels == &passes.f32.free);
+    FreeKernels<float> table = *motion->kernels;
     spied = table.at(motion->flow, motion->extra);
     for (auto& flow : table.step) flow.fill(nullptr);
     table.step[static_cast<std::size_t>(motion->flow)][static_cast<std::size_t>(motion->extra)] = spy;

@@ -14,13 +14,13 @@
 #include <utility>
 #include <vector>
 
-#include "compile/lifecycle.hpp"
 #include "dvdx/counter_random.hpp"
-#include "execute/tasks.hpp"
 #include "support/batch.hpp"
 #include "support/close.hpp"
 #include "support/scenes.hpp"
 #include "support/threads.hpp"
+#include "turnover/lifecycle.hpp"
+#include "work/tasks.hpp"
 
 namespace live_test {
 

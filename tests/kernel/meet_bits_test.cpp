@@ -12,8 +12,8 @@
 #include <utility>
 #include <vector>
 
-#include "compile/joints.hpp"
 #include "kernel/meeting.hpp"
+#include "plan/joints.hpp"
 #include "support/isas.hpp"
 #include "support/threads.hpp"
 

@@ -8,10 +8,10 @@
 #include <utility>
 #include <vector>
 
-#include "compile/pose_track.hpp"
 #include "dvdx/plan.hpp"
 #include "kernel/passes/cloths.hpp"
 #include "kernel/passes/joined_run.hpp"
+#include "motion/pose_track.hpp"
 #include "support/close.hpp"
 
 namespace motions_test {

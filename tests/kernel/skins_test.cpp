@@ -10,11 +10,11 @@
 #include <utility>
 #include <vector>
 
-#include "compile/balls.hpp"
 #include "dvdx/live.hpp"
 #include "dvdx/plan.hpp"
 #include "kernel/passes/cloths.hpp"
 #include "kernel/passes/joined_run.hpp"
+#include "skin/balls.hpp"
 #include "support/close.hpp"
 #include "support/isas.hpp"
 

@@ -8,8 +8,8 @@
 #include <string>
 #include <vector>
 
-#include "compile/free_motion.hpp"
 #include "dvdx/plan.hpp"
+#include "free/free_motion.hpp"
 #include "support/batch.hpp"
 #include "support/close.hpp"
 #include "support/scenes.hpp"

@@ -8,7 +8,7 @@
 
 #include "dvdx/layouts/state.hpp"
 #include "dvdx/scene.hpp"
-#include "passes/terms.hpp"
+#include "flow/terms.hpp"
 
 namespace dvdx::test {
 

@@ -14,7 +14,7 @@
 #include "c_api/guard.hpp"
 #include "c_api/plan.hpp"
 #include "c_api/scene.hpp"
-#include "execute/instances.hpp"
+#include "plan/instances.hpp"
 
 struct dvdx_instance {
   std::variant<dvdx::Instance<float>, dvdx::Instance<double>> instance;

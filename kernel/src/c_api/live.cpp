@@ -16,7 +16,7 @@
 #include "c_api/guard.hpp"
 #include "c_api/plan.hpp"
 #include "c_api/scene.hpp"
-#include "text.hpp"
+#include "scene/text.hpp"
 
 struct dvdx_live_plan {
   std::variant<dvdx::LivePlan<float>, dvdx::LivePlan<double>> plan;

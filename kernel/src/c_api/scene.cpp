@@ -10,7 +10,7 @@
 #include "c_api/guard.hpp"
 #include "dvdx/bending.hpp"
 #include "forces/polynomial.hpp"
-#include "text.hpp"
+#include "scene/text.hpp"
 
 namespace dvdx::c_api {
 

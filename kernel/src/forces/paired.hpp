@@ -2,7 +2,7 @@
 #pragma once
 
 #include "forces/combined.hpp"
-#include "math/shear.hpp"
+#include "forces/shear.hpp"
 
 namespace dvdx {
 

@@ -1,8 +1,8 @@
 #include "forces/radial_spring.hpp"
 
-#include "forces/flow.hpp"
 #include "forces/spring.hpp"
 #include "math/elementary.hpp"
+#include "math/flow.hpp"
 
 // Equation      x'' = -(W (r - l) + g r') n,  n = (x - c)/r, r = |x - c|, l the rest length
 // Solution      none in closed form in space: the direction n turns. Along one that did not turn it would be a spring's.
@@ -16,7 +16,7 @@
 // Limits        z -> 0: kappa -> W h, leapfrog. z = 2 pi n: no kick. r = 0 has no direction: no kick.
 // Coefficients  sinc^2(z/2) = 2 (1 - cos z)/z^2 = 2 psi_2(w,0).
 // Other methods the spring's A, B, C, D along n, taken at the midpoint of the drift, with u = n . v and e = r - l - (h/2) u,
-//               the distance there carried back to the start (passes/radial/radial.hpp). n at the start, Brown's reading, would
+//               the distance there carried back to the start (flow/radial.hpp). n at the start, Brown's reading, would
 //               be of first order in space.
 // Source        Gautschi 1961; Hairer, Lubich, Wanner, XIII.1 (filtered leapfrog).
 

@@ -6,44 +6,34 @@
 #include <array>
 #include <cstddef>
 
+#include "air/air.hpp"
+#include "constraint/constraint.hpp"
 #include "dvdx/isa.hpp"
-#include "passes/air/air.hpp"
-#include "passes/ball/ball.hpp"
-#include "passes/constraint/constraint.hpp"
-#include "passes/emission/emission.hpp"
-#include "passes/layout/layout.hpp"
-#include "passes/meet/rounds.hpp"
-#include "passes/network/network.hpp"
-#include "passes/rate/rate.hpp"
-#include "passes/removal/removal.hpp"
-#include "passes/residual/residual.hpp"
-#include "passes/terms.hpp"
+#include "flow/residual.hpp"
+#include "free/free_kernels.hpp"
+#include "meet/rounds.hpp"
+#include "skin/ball.hpp"
+#include "springs/network.hpp"
+#include "turnover/pass/emission.hpp"
+#include "turnover/pass/removal.hpp"
 
 namespace dvdx {
 
 template <class T>
 struct Kernels {
-  std::size_t lanes = 1;
-  std::array<std::array<StepBlock<T>, extras>, flows> step{};
+  FreeKernels<T> free;
   NetworkKernels<T> network;
   ConstraintKernels<T> constraint;
   RemovalKernels<T> removal;
   AirKernels<T> air;
   BallKernels<T> ball;
   MeetKernels<T> meet;
-  LayoutKernels<T> layout;
-
-  [[nodiscard]] StepBlock<T> at(Flow flow, Extras extra) const noexcept {
-    return step[static_cast<std::size_t>(flow)][static_cast<std::size_t>(extra)];
-  }
 };
 
 // Residuals, births and removals take no contracted form: they are the same in every arithmetic.
 struct Passes {
   Kernels<float> f32;
   Kernels<double> f64;
-  RatePass rate = nullptr;
-  RateSinusoidPass rate_sinusoid = nullptr;
   ResidualKernels residual;
   Compact compact4 = nullptr, compact8 = nullptr;
   Emit emit = nullptr;

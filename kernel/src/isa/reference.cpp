@@ -1,25 +1,25 @@
 // The scalar twins: a line for each pass.
+#include "air/air_reference.hpp"
+#include "constraint/chain_reference.hpp"
+#include "constraint/constraint_reference.hpp"
+#include "constraint/limit_reference.hpp"
+#include "flow/layout_reference.hpp"
+#include "flow/residual_reference.hpp"
+#include "free/block_loop_reference.hpp"
 #include "isa/passes.hpp"
-#include "passes/air/air_reference.hpp"
-#include "passes/ball/ball_reference.hpp"
-#include "passes/block_loop_reference.hpp"
-#include "passes/constraint/chain_reference.hpp"
-#include "passes/constraint/constraint_reference.hpp"
-#include "passes/constraint/limit_reference.hpp"
-#include "passes/emission/emission_reference.hpp"
-#include "passes/layout/layout_reference.hpp"
-#include "passes/meet/impacts_reference.hpp"
-#include "passes/meet/near_reference.hpp"
-#include "passes/meet/rounds_reference.hpp"
-#include "passes/meet/ways_reference.hpp"
-#include "passes/meet/within_reference.hpp"
-#include "passes/network/grid_reference.hpp"
-#include "passes/network/lines_reference.hpp"
-#include "passes/network/pairs_reference.hpp"
-#include "passes/network/sequential_reference.hpp"
-#include "passes/network/spring_lines_reference.hpp"
-#include "passes/removal/removal_reference.hpp"
-#include "passes/residual/residual_reference.hpp"
+#include "meet/impacts_reference.hpp"
+#include "meet/near_reference.hpp"
+#include "meet/rounds_reference.hpp"
+#include "meet/ways_reference.hpp"
+#include "meet/within_reference.hpp"
+#include "skin/ball_reference.hpp"
+#include "springs/sum/grid_reference.hpp"
+#include "springs/sum/pairs_reference.hpp"
+#include "springs/sweep/lines_reference.hpp"
+#include "springs/sweep/sequential_reference.hpp"
+#include "springs/sweep/spring_lines_reference.hpp"
+#include "turnover/pass/emission_reference.hpp"
+#include "turnover/pass/removal_reference.hpp"
 
 namespace dvdx {
 namespace {
@@ -27,8 +27,11 @@ namespace {
 template <class T, Arithmetic arithmetic>
 constexpr Kernels<T> scalar_kernels() noexcept {
   using namespace reference;
-  return {.lanes = 1,
-          .step = all_flows<T, arithmetic>(),
+  return {.free = {.lanes = 1,
+                   .step = all_flows<T, arithmetic>(),
+                   .layout = scalar_layout<T, arithmetic>(),
+                   .rate = reference::rate,
+                   .rate_sinusoid = reference::rate_sinusoid},
           .network = {.grid = kick_grid<T, arithmetic>,
                       .graph = kick_graph<T, arithmetic>,
                       .grid_acceleration = accelerate_grid<T, arithmetic>,
@@ -86,16 +89,13 @@ constexpr Kernels<T> scalar_kernels() noexcept {
                    .find_hit = find_hit<T>,
                    .begin = begin_pairs<T>,
                    .push = push_pairs<T>,
-                   .sum = sum_pulses<T>},
-          .layout = scalar_layout<T, arithmetic>()};
+                   .sum = sum_pulses<T>}};
 }
 
 template <Arithmetic arithmetic>
 constexpr Passes scalar_passes() noexcept {
   return {.f32 = scalar_kernels<float, arithmetic>(),
           .f64 = scalar_kernels<double, arithmetic>(),
-          .rate = reference::rate,
-          .rate_sinusoid = reference::rate_sinusoid,
           .residual = {.sum = reference::sum_residuals, .split = reference::split_residuals},
           .compact4 = reference::compact<4>,
           .compact8 = reference::compact<8>,

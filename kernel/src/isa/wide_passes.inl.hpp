@@ -1,28 +1,28 @@
 // The passes that an instruction set's file instantiates, a line for each.
 #pragma once
 
+#include "air/air.inl.hpp"
+#include "constraint/chain.inl.hpp"
+#include "constraint/constraint.inl.hpp"
+#include "constraint/limit.inl.hpp"
+#include "flow/layout.inl.hpp"
+#include "flow/residual.inl.hpp"
+#include "free/block_loop.inl.hpp"
 #include "isa/passes.hpp"
-#include "passes/air/air.inl.hpp"
-#include "passes/ball/ball.inl.hpp"
-#include "passes/block_loop.inl.hpp"
-#include "passes/constraint/chain.inl.hpp"
-#include "passes/constraint/constraint.inl.hpp"
-#include "passes/constraint/limit.inl.hpp"
-#include "passes/emission/emission.inl.hpp"
-#include "passes/layout/layout.inl.hpp"
-#include "passes/meet/impacts.inl.hpp"
-#include "passes/meet/near.inl.hpp"
-#include "passes/meet/rounds.inl.hpp"
-#include "passes/meet/ways.inl.hpp"
-#include "passes/meet/within.inl.hpp"
-#include "passes/network/grid.inl.hpp"
-#include "passes/network/lines.inl.hpp"
-#include "passes/network/pairs.inl.hpp"
-#include "passes/network/sequential.inl.hpp"
-#include "passes/network/sheet_lines.inl.hpp"
-#include "passes/network/spring_lines.inl.hpp"
-#include "passes/removal/removal.inl.hpp"
-#include "passes/residual/residual.inl.hpp"
+#include "meet/impacts.inl.hpp"
+#include "meet/near.inl.hpp"
+#include "meet/rounds.inl.hpp"
+#include "meet/ways.inl.hpp"
+#include "meet/within.inl.hpp"
+#include "skin/ball.inl.hpp"
+#include "springs/sum/grid.inl.hpp"
+#include "springs/sum/pairs.inl.hpp"
+#include "springs/sweep/lines.inl.hpp"
+#include "springs/sweep/sequential.inl.hpp"
+#include "springs/sweep/sheet_lines.inl.hpp"
+#include "springs/sweep/spring_lines.inl.hpp"
+#include "turnover/pass/emission.inl.hpp"
+#include "turnover/pass/removal.inl.hpp"
 
 namespace dvdx {
 namespace {
@@ -55,8 +55,11 @@ constexpr NetworkKernels<Scalar<V>> wide_network() noexcept {
 template <class T, class Arch, Arithmetic arithmetic>
 constexpr Kernels<T> wide_kernels() noexcept {
   using V = Lanes<T, Arch>;
-  return {.lanes = V::size,
-          .step = all_flows<T, Arch, arithmetic>(std::make_index_sequence<flows>()),
+  return {.free = {.lanes = V::size,
+                   .step = all_flows<T, Arch, arithmetic>(std::make_index_sequence<flows>()),
+                   .layout = wide_layout<V, arithmetic>(),
+                   .rate = rate<Lanes<double, Arch>>,
+                   .rate_sinusoid = rate_sinusoid<Lanes<double, Arch>>},
           .network = wide_network<V, arithmetic>(),
           .constraint = {.prepare_pairs = prepare_pairs<V>,
                          .prepare_chains = prepare_chains<V, arithmetic>,
@@ -94,8 +97,7 @@ constexpr Kernels<T> wide_kernels() noexcept {
                    .find_hit = find_hit<V>,
                    .begin = begin_pairs<V>,
                    .push = push_pairs<V>,
-                   .sum = sum_pulses<V>},
-          .layout = wide_layout<V, arithmetic>()};
+                   .sum = sum_pulses<V>}};
 }
 
 template <class Arch, Arithmetic arithmetic>
@@ -103,8 +105,6 @@ constexpr Passes wide_passes() noexcept {
   using V = Lanes<double, Arch>;
   return {.f32 = wide_kernels<float, Arch, arithmetic>(),
           .f64 = wide_kernels<double, Arch, arithmetic>(),
-          .rate = rate<V>,
-          .rate_sinusoid = rate_sinusoid<V>,
           .residual = {.sum = sum_residuals, .split = split_residuals},
           .compact4 = compact<4>,
           .compact8 = compact<8>,

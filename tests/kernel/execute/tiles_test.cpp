@@ -1,4 +1,4 @@
-#include "execute/tiles.hpp"
+#include "work/tiles.hpp"
 
 #include <doctest/doctest.h>
 

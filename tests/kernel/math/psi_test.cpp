@@ -5,7 +5,7 @@
 #include <cmath>
 #include <string>
 
-#include "forces/flow.hpp"
+#include "math/flow.hpp"
 #include "support/oracle.hpp"
 #include "support/ulp.hpp"
 

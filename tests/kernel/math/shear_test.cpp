@@ -1,4 +1,4 @@
-#include "math/shear.hpp"
+#include "forces/shear.hpp"
 
 #include <doctest/doctest.h>
 

@@ -6,10 +6,10 @@
 
 #include "dvdx/layouts/soa.hpp"
 #include "dvdx/plan.hpp"
+#include "flow/bend_reference.hpp"
+#include "flow/bend_terms.hpp"
 #include "kernel/passes/particles.hpp"
 #include "math/psi.hpp"
-#include "passes/contact/bend_reference.hpp"
-#include "passes/contact/bend_terms.hpp"
 
 namespace dvdx::test::bend_test {
 

@@ -9,13 +9,13 @@
 #include <string>
 #include <vector>
 
-#include "compile/joints.hpp"
 #include "dvdx/constrain.hpp"
 #include "dvdx/plan.hpp"
 #include "isa/passes.hpp"
 #include "kernel/passes/cloths.hpp"
 #include "kernel/passes/every_run.hpp"
 #include "kernel/passes/joined_run.hpp"
+#include "plan/joints.hpp"
 #include "support/batch.hpp"
 #include "support/oracle.hpp"
 

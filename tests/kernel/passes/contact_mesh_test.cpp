@@ -15,7 +15,7 @@
 #include "kernel/passes/joined_run.hpp"
 #include "math/rotation.hpp"
 #include "math/vec3.hpp"
-#include "passes/contact/signed_distance.hpp"
+#include "scene/signed_distance.hpp"
 #include "support/batch.hpp"
 #include "support/close.hpp"
 #include "support/scenes.hpp"

@@ -9,9 +9,9 @@
 #include <utility>
 #include <vector>
 
-#include "compile/limit.hpp"
 #include "kernel/passes/cloths.hpp"
 #include "kernel/passes/joined_run.hpp"
+#include "springs/limit.hpp"
 #include "support/close.hpp"
 
 namespace damping_test {

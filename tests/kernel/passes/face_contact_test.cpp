@@ -10,13 +10,13 @@
 #include <utility>
 #include <vector>
 
-#include "compile/particle_order.hpp"
+#include "contact/faces/face.hpp"
 #include "dvdx/contact_report.hpp"
 #include "dvdx/plan.hpp"
 #include "kernel/passes/cloths.hpp"
 #include "kernel/passes/joined_run.hpp"
-#include "passes/face/face.hpp"
 #include "support/isas.hpp"
+#include "topology/particle_order.hpp"
 
 namespace face_contact_test {
 

@@ -15,8 +15,8 @@
 #include "dvdx/layouts/aos.hpp"
 #include "dvdx/layouts/aosoa.hpp"
 #include "dvdx/plan.hpp"
+#include "flow/layout_reference.hpp"
 #include "isa/passes.hpp"
-#include "passes/layout/layout_reference.hpp"
 
 namespace layout_test {
 
@@ -86,12 +86,12 @@ std::array<Offsets<T>, 3> some_offsets() {
 template <class T, class Use>
 void on_every_isa(const Use& use) {
   for (const Arithmetic arithmetic : {Arithmetic::separate, Arithmetic::contracted}) {
-    const LayoutKernels<T>& twins = find_passes(Isa::reference, arithmetic)->template of<T>().layout;
+    const LayoutKernels<T>& twins = find_passes(Isa::reference, arithmetic)->template of<T>().free.layout;
     for (const Isa isa : available_isas(arithmetic)) {
       CAPTURE(name(isa));
       CAPTURE(name(arithmetic));
       const Kernels<T>& kernels = find_passes(isa, arithmetic)->template of<T>();
-      use(kernels.layout, twins, kernels.lanes);
+      use(kernels.free.layout, twins, kernels.free.lanes);
     }
   }
 }

@@ -7,7 +7,7 @@
 
 #include "dvdx/isa.hpp"
 #include "isa/passes.hpp"
-#include "passes/network/lines_reference.hpp"
+#include "springs/sweep/lines_reference.hpp"
 
 namespace lines_test {
 

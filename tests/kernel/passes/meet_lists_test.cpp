@@ -9,12 +9,12 @@
 #include <optional>
 #include <vector>
 
-#include "execute/tasks.hpp"
 #include "isa/passes.hpp"
-#include "passes/meet/lists.hpp"
+#include "meet/lists.hpp"
 #include "support/isas.hpp"
 #include "support/scenes.hpp"
 #include "support/threads.hpp"
+#include "work/tasks.hpp"
 
 namespace meet_lists_test {
 

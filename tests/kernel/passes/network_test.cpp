@@ -10,10 +10,10 @@
 #include <string>
 #include <vector>
 
-#include "compile/joints.hpp"
 #include "dvdx/plan.hpp"
 #include "kernel/passes/cloths.hpp"
 #include "kernel/passes/joined_run.hpp"
+#include "plan/joints.hpp"
 #include "support/batch.hpp"
 #include "support/close.hpp"
 #include "support/oracle.hpp"

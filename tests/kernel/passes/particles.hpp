@@ -7,14 +7,14 @@
 #include <string>
 #include <vector>
 
+#include "contact/surfaces/make_surface.hpp"
+#include "contact/surfaces/surface.hpp"
 #include "dvdx/isa.hpp"
 #include "dvdx/scene.hpp"
+#include "flow/bend_terms.hpp"
+#include "flow/radial.hpp"
+#include "flow/terms.hpp"
 #include "isa/passes.hpp"
-#include "passes/contact/bend_terms.hpp"
-#include "passes/contact/contact.hpp"
-#include "passes/contact/make_surface.hpp"
-#include "passes/radial/radial.hpp"
-#include "passes/terms.hpp"
 
 namespace dvdx::test {
 

@@ -1,5 +1,5 @@
 // The rate pass: the same bits on every ISA as its scalar twin, and right to the stated bound.
-#include "passes/rate/rate.hpp"
+#include "flow/rate.hpp"
 
 #include <doctest/doctest.h>
 
@@ -59,15 +59,15 @@ Made make(const Regimes& grid, Isa isa, Arithmetic arithmetic, double step) {
   const std::size_t n = grid.W.size();
   Made made(n);
   find_passes(isa, arithmetic)
-      ->rate({.count = n,
-              .h = step,
-              .W = grid.W.data(),
-              .g = grid.g.data(),
-              .A = made.A.data(),
-              .B = made.B.data(),
-              .C = made.C.data(),
-              .S = made.S.data(),
-              .X = made.X.data()});
+      ->f64.free.rate({.count = n,
+                       .h = step,
+                       .W = grid.W.data(),
+                       .g = grid.g.data(),
+                       .A = made.A.data(),
+                       .B = made.B.data(),
+                       .C = made.C.data(),
+                       .S = made.S.data(),
+                       .X = made.X.data()});
   return made;
 }
 
@@ -80,15 +80,15 @@ struct Driven {
 Driven drive(const Regimes& grid, Isa isa, double theta) {
   const std::size_t n = grid.W.size();
   Driven made(n);
-  find_passes(isa)->rate_sinusoid({.count = n,
-                                   .h = h,
-                                   .theta = theta,
-                                   .W = grid.W.data(),
-                                   .g = grid.g.data(),
-                                   .in_v = made.in_v.data(),
-                                   .in_x = made.in_x.data(),
-                                   .quad_v = made.quad_v.data(),
-                                   .quad_x = made.quad_x.data()});
+  find_passes(isa)->f64.free.rate_sinusoid({.count = n,
+                                            .h = h,
+                                            .theta = theta,
+                                            .W = grid.W.data(),
+                                            .g = grid.g.data(),
+                                            .in_v = made.in_v.data(),
+                                            .in_x = made.in_x.data(),
+                                            .quad_v = made.quad_v.data(),
+                                            .quad_x = made.quad_x.data()});
   return made;
 }
 

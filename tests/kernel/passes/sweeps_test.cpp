@@ -12,10 +12,10 @@
 #include <variant>
 #include <vector>
 
-#include "compile/list_sheet.hpp"
 #include "dvdx/plan.hpp"
 #include "kernel/passes/cloths.hpp"
 #include "kernel/passes/joined_run.hpp"
+#include "topology/list_sheet.hpp"
 
 namespace sweeps_test {
 

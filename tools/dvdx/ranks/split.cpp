@@ -374,7 +374,7 @@ namespace {
 
 // The numbers that a plan carries begin with whether it remembers anything. If so, those of particles that meet follow: a time,
 // how many pairs and surfaces, and six of each. Then come three of each of its particles, where it remembers accelerations, and
-// the rest (execute/carried.cpp). How many come before the accelerations, by the first four numbers; 0 where there is nothing.
+// the rest (plan/carried.cpp). How many come before the accelerations, by the first four numbers; 0 where there is nothing.
 double before_accelerations(std::span<const double> first, const CarriedShape& shape) {
   if (first.empty() || first[0] == 0) return 0;
   return shape.meets && first.size() >= 4 ? 4 + 6 * (first[2] + first[3]) : 1;

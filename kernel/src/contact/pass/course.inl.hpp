@@ -1,0 +1,197 @@
+// Where surfaces lie and how a path goes on from impact to impact, wide. The scalar twin: course_reference.hpp.
+#pragma once
+
+#include <cstddef>
+
+#include "contact/pass/moving.inl.hpp"
+#include "contact/surfaces/shape.inl.hpp"
+#include "flow/bend.inl.hpp"
+#include "flow/terms.hpp"
+
+namespace dvdx {
+namespace {
+
+template <class V, Arithmetic arithmetic>
+Touch<V> touch_plane(const Surface<Scalar<V>>& surface, const Three<V>& x) noexcept {
+  const Three<V> n = three<V>(surface.n);
+  return {n, dot<arithmetic>(n, x) - V(surface.d)};
+}
+
+template <class V, Arithmetic arithmetic>
+[[gnu::noinline]] Touch<V> touch_sphere(const Surface<Scalar<V>>& surface, const Three<V>& x) noexcept {
+  const V zero(Scalar<V>(0));
+  const V one(Scalar<V>(1));
+  const V side(surface.side);
+  const Three<V> r = x - three<V>(surface.center);
+  const V length = square_root(dot<arithmetic>(r, r));
+  const Mask<V> has_direction = length > zero;
+  const V scale = quotient<V>(side, select<V>(has_direction, length, one));
+  // At the very centre every direction is as good: the second axis.
+  return {{{scale * r[0], select<V>(has_direction, scale * r[1], side), scale * r[2]}}, side * (length - V(surface.radius))};
+}
+
+template <class V, Arithmetic arithmetic>
+[[gnu::always_inline]] inline Touch<V> touch(const Surface<Scalar<V>>& surface, const Three<V>& x) noexcept {
+  switch (surface.shape) {
+    case Shape::plane:
+      return touch_plane<V, arithmetic>(surface, x);
+    case Shape::sphere:
+      return touch_sphere<V, arithmetic>(surface, x);
+    case Shape::capsule:
+      return touch_capsule<V, arithmetic>(surface, x);
+    case Shape::box:
+      return touch_box<V, arithmetic>(surface, x);
+    case Shape::convex:
+      return touch_convex<V, arithmetic>(surface, x);
+    case Shape::mesh:
+      break;
+  }
+  return touch_mesh<V, arithmetic>(surface, x);
+}
+
+// The surroundings of lanes: for planes at rest, all of them looked at, the loops over surfaces call nothing and test nothing.
+enum class Surroundings { any, planes };
+
+template <class V, Arithmetic arithmetic, Surroundings surroundings>
+[[gnu::always_inline]] inline Touch<V> touch(const Surface<Scalar<V>>& surface, const Three<V>& x) noexcept {
+  if constexpr (surroundings == Surroundings::planes) {
+    return touch_plane<V, arithmetic>(surface, x);
+  } else {
+    return touch<V, arithmetic>(surface, x);
+  }
+}
+
+template <class V>
+struct Path {
+  Three<V> u, a;
+};
+
+template <class V>
+Path<V> path(const Surface<Scalar<V>>& surface, const Trajectory<V>& m, V t) noexcept {
+  const Three<V> chord = m.x1 - m.x0;
+  if (goes_straight(surface)) return {chord, three<V>(V(Scalar<V>(0)))};
+  const Three<V> u = t * m.v0;
+  return {u, chord - u};
+}
+
+// The numbers of the surfaces that hold lanes for the rest of their step, -1 where there are fewer than three, and what they
+// changed at its end.
+template <class V>
+struct Held {
+  V a, b, c;
+  Three<V> dx, dv;
+};
+
+template <class V>
+Held<V> not_held() noexcept {
+  const V none(Scalar<V>(-1));
+  const V zero(Scalar<V>(0));
+  return {none, none, none, three<V>(zero), three<V>(zero)};
+}
+
+// The last impact of lanes of a network on a surface of no restitution: its number or -1, the normal velocity that it took, and
+// the velocity before.
+template <class V>
+struct Pressed {
+  V by, removed;
+  Three<V> v;
+};
+
+// Where and when lanes start that leave the surfaces inside which they do.
+template <class V>
+struct Leaving {
+  Three<V> x0;
+  V t;
+  Mask<V> lanes;
+};
+
+// Lanes during one step. `last` is the number of the surface that was hit last, `t` what remains of the step.
+template <class V, Arithmetic arithmetic, PathForm form>
+struct Course {
+  V direction, t, last;
+  Mask<V> active, loose;  // loose: near a surface, and did not hit it
+  Held<V> held;
+  Mask<V> strayed = Mask<V>(false);     // out of the region where the list of surfaces holds
+  const Leaving<V>* leaving = nullptr;  // null: none leaves a surface inside which it starts
+};
+template <class V, Arithmetic arithmetic>
+struct Course<V, arithmetic, PathForm::flow> {
+  V direction, t, last;
+  Mask<V> active, loose;
+  Held<V> held;
+  const Bending<V, arithmetic>* bending;
+  V h, left;         // the whole step, s, and the part of it that remains
+  Responses<V> end;  // those of what remains
+  Drive<V> drive;    // where forces depend on time
+  Mask<V> strayed = Mask<V>(false);
+  const Leaving<V>* leaving = nullptr;
+};
+
+// Lanes at x that are out of the region where the list of surfaces holds are worked out again.
+template <class V, class AnyCourse>
+void watch(const Terms<Scalar<V>>& terms, AnyCourse& course, const Three<V>& x, Mask<V> lanes) noexcept {
+  if (terms.whole == nullptr) return;
+  Mask<V> is_within(true);
+  for (std::size_t k = 0; k < 3; ++k) {
+    is_within = is_within & (x[k] >= V(terms.region.low[k])) & (x[k] <= V(terms.region.high[k]));
+  }
+  course.strayed = course.strayed | (lanes & !is_within);
+}
+
+// D1 P + D2 P' + D3 P'': what forces of time add to a path or a velocity.
+template <class V, Arithmetic arithmetic>
+Three<V> driven(const Drive<V>& drive, const Three<V>& first, const Three<V>& second, const Three<V>& third) noexcept {
+  Three<V> sum;
+  for (std::size_t k = 0; k < 3; ++k) {
+    sum[k] = multiply_add<arithmetic>(drive.D3[k], third[k],
+                                      multiply_add<arithmetic>(drive.D2[k], second[k], drive.D1[k] * first[k]));
+  }
+  return sum;
+}
+
+// A path of PathForm::flow: from its start, u P1 + F P2, and what forces of time add.
+template <class V, Arithmetic arithmetic>
+struct FlowPath {
+  Three<V> u, F;
+  const Drive<V>* drive;  // null: no force depends on time
+
+  [[nodiscard]] Three<V> way(const Responses<V>& P) const noexcept {
+    Three<V> way;
+    for (std::size_t k = 0; k < 3; ++k) way[k] = multiply_add<arithmetic>(F[k], P.P2[k], u[k] * P.P1[k]);
+    return drive != nullptr ? way + driven<V, arithmetic>(*drive, P.P3, P.P4, P.P5) : way;
+  }
+  [[nodiscard]] Three<V> rate(const Responses<V>& P) const noexcept {
+    Three<V> rate;
+    for (std::size_t k = 0; k < 3; ++k) rate[k] = multiply_add<arithmetic>(F[k], P.P1[k], u[k] * P.P0[k]);
+    return drive != nullptr ? rate + driven<V, arithmetic>(*drive, P.P2, P.P3, P.P4) : rate;
+  }
+};
+
+// 1/P of a response, and 0 where nothing is left of a step.
+template <class V>
+V inverse(V P) noexcept {
+  const V zero(Scalar<V>(0));
+  const V one(Scalar<V>(1));
+  const Mask<V> is_left = differ(P, zero);
+  return select<V>(is_left, quotient<V>(one, select<V>(is_left, P, one)), zero);
+}
+
+template <class V, Arithmetic arithmetic>
+FlowPath<V, arithmetic> flow_path(const Trajectory<V>& m, const Course<V, arithmetic, PathForm::flow>& course) noexcept {
+  FlowPath<V, arithmetic> path{course.h * m.v0, {}, course.bending->is_driven() ? &course.drive : nullptr};
+  const auto& P = course.end;
+  Three<V> way = m.x1 - m.x0;
+  if (path.drive != nullptr) way = way - driven<V, arithmetic>(course.drive, P.P3, P.P4, P.P5);
+  for (std::size_t k = 0; k < 3; ++k) {
+    path.F[k] = subtract_product<arithmetic>(way[k], path.u[k], P.P1[k]) * inverse(P.P2[k]);
+  }
+  return path;
+}
+
+template <class V, Arithmetic arithmetic>
+Three<V> along(const Three<V>& start, const Path<V>& path, V f) noexcept {
+  return multiply_add<arithmetic>(f, multiply_add<arithmetic>(f, path.a, path.u), start);
+}
+
+}  // namespace
+}  // namespace dvdx

@@ -1,0 +1,71 @@
+// Lanes on surfaces that a step has left as they were, to the last bit. Where the steps of a call are alike, each further one
+// would, too: what lies in a corner is worked out once in a call. A register of such lanes alone is passed over; of one that has
+// others, all are moved, and those that were still are put back.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+
+#include "flow/terms.hpp"
+#include "simd/lanes.hpp"
+#include "simd/trajectory.inl.hpp"
+
+namespace dvdx {
+namespace {
+
+// The lanes that do not differ in a single bit, +0 from -0 and one NaN from another among them. A difference that is or-ed to 1
+// and leaves it can only have bits of 1, and to 2 only the bit of 2: they have none in common.
+template <class V>
+Mask<V> are_same_bits(const Trajectory<V>& m) noexcept {
+  V difference = (m.x0[0] ^ m.x1[0]) | (m.v0[0] ^ m.v1[0]);
+  for (std::size_t axis = 1; axis < 3; ++axis) {
+    difference = difference | (m.x0[axis] ^ m.x1[axis]) | (m.v0[axis] ^ m.v1[axis]);
+  }
+  const V one(Scalar<V>(1));
+  const V two(Scalar<V>(2));
+  return ((difference | one) == one) & ((difference | two) == two);
+}
+
+template <class V>
+class Still {
+  using T = Scalar<V>;
+
+ public:
+  // Looks for none where steps differ, as surfaces move or forces depend on time, and where contacts are told: what lies presses.
+  Still(const Block<T>& particles, const Terms<T>& terms, const Steps<T>& steps) noexcept
+      : looks_(steps.count > 1 && steps.offsets_per_step == 0 && !terms.moves && particles.log == nullptr &&
+               particles.count <= max_block) {}
+
+  [[nodiscard]] bool looks() const noexcept { return looks_; }
+
+  // The bits of the register from i of the block on; lane k is bit k.
+  [[nodiscard]] std::uint64_t of(std::size_t i) const noexcept {
+    return looks_ ? lanes_[i / word] >> (i % word) & all_of_register : 0;
+  }
+  [[nodiscard]] bool are_all(std::size_t i) const noexcept { return of(i) == all_of_register; }
+
+  // Sets those that `are`, of the `lanes` from i on, which lie in one word.
+  void set(std::size_t i, std::uint64_t lanes, std::uint64_t are) noexcept {
+    std::uint64_t& all = lanes_[i / word];
+    all = (all & ~(lanes << (i % word))) | are << (i % word);
+  }
+  // m: the register from i on, after its step. Lanes that were still are put back to their start; then those of `touching` are
+  // looked at anew.
+  [[gnu::noinline]] void look(Trajectory<V>& m, std::size_t i, std::uint64_t touching) noexcept {
+    const Mask<V> were = lanes_of<V>(of(i));
+    m.x1 = select(were, m.x0, m.x1);
+    m.v1 = select(were, m.v0, m.v1);
+    set(i, all_of_register, touching & bits_of<V>(are_same_bits(m)));
+  }
+
+ private:
+  static constexpr std::size_t word = 64;
+  static constexpr std::uint64_t all_of_register = (std::uint64_t{1} << V::size) - 1;
+
+  bool looks_;
+  std::array<std::uint64_t, max_block / word> lanes_{};
+};
+
+}  // namespace
+}  // namespace dvdx

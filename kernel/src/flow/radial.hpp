@@ -1,0 +1,34 @@
+// Radial springs as the radial pass reads them. The formulas of kappa and E and their sources: forces/radial_spring.cpp.
+#pragma once
+
+#include <array>
+
+#include "flow/terms.hpp"
+
+namespace dvdx {
+
+// With r = x - anchor, n = r/|r|, l the rest length. |r| = 0 has no direction: n = 0 there, and the spring does nothing.
+//
+// Kick at the middle of the step, on (x1, v1), which are there; u = n.v1 of the moment:
+//   every spring in list order     v += (E - 1) u n
+//   every spring                   v -= kappa (|r| - l) n
+//   every spring in reverse order  v += (E - 1) u n          a palindrome, so that a step with -h undoes it
+// Contribution from the step's start, with the axis at the drifted midpoint: r = (x0 - anchor) + v0 h/2, u = n.v0,
+//   e = |r| - l - (h/2) u        the length at the start as far as the drift along n tells
+//   dv = -(A e + B u) n,   dx = -(C e + D u) n
+// (with the axis at x0 instead, a spinning spring gains energy and is of first order.)
+
+// One radial spring; a column pointer that is null means that the uniform value holds for all.
+template <class T>
+struct RadialTerms {
+  T A = 0, B = 0, C = 0, D = 0;  // contribution along the axis (every method but combined)
+  T kappa = 0, E = 1;            // kick at the middle of the step (combined): see forces/radial_spring.hpp
+  T rest_length = 0;             // m
+  std::array<T, 3> anchor{};     // m
+  const T *A_each = nullptr, *B_each = nullptr, *C_each = nullptr, *D_each = nullptr;
+  const T *kappa_each = nullptr, *E_each = nullptr;
+  const T* rest_length_each = nullptr;
+  AxisColumns<T> anchor_each{};
+};
+
+}  // namespace dvdx

@@ -1,0 +1,24 @@
+// "Be there at the end of the next step", of a motion: what is wrong with it, and where it is kept.
+#pragma once
+
+#include <cstddef>
+#include <vector>
+
+#include "dvdx/plan.hpp"
+#include "motion/driven.hpp"
+#include "scene/checker.hpp"
+
+namespace dvdx {
+
+inline Expected<void> drive_pose(std::vector<DrivenMotion>& motions, std::size_t motion, const Pose& target, Arrival arrival) {
+  if (motion >= motions.size()) return tl::unexpected(no_such("motions", motion, motions.size()));
+  Checker check(std::nullopt);
+  check.numbers("pose.translation", target.translation, Range::finite);
+  check.numbers("pose.rotation", target.rotation, Range::finite);
+  if (check.error) return tl::unexpected(*check.error);
+  DrivenMotion& driven = motions[motion];
+  arrival == Arrival::jump ? driven.jump(target.translation, target.rotation) : driven.ask(target.translation, target.rotation);
+  return {};
+}
+
+}  // namespace dvdx

@@ -1,0 +1,109 @@
+// A scene, compiled for one step size, scalar type and instruction set. A plan and its clones share it: only a plan
+// that has it for itself may change it (plan/in_place.hpp).
+#pragma once
+
+#include <cstddef>
+#include <memory>
+#include <optional>
+#include <variant>
+#include <vector>
+
+#include "dvdx/plan.hpp"
+#include "free/free_motion.hpp"
+#include "plan/joined_motion.hpp"
+#include "topology/joined_lengths.hpp"
+
+namespace dvdx {
+
+// Whether a plan's particles are those of one state, or come and go (turnover/lifecycle.hpp): these have no columns of their
+// own, and what follows a motion is moved from step to step by who steps them. Those that meet as well are stepped in columns
+// for `count` of them, of which a state has any number.
+enum class Particles { of_state, come_and_go, come_and_meet };
+
+template <class T>
+struct CompiledScene {
+  using Scalar = T;
+  using Motion = std::variant<std::unique_ptr<FreeMotion<T>>, std::unique_ptr<JoinedMotion<T>>>;
+
+  CompiledScene(Scene scene_, const Options& options_, Isa isa_, const Passes& passes_, std::optional<std::size_t> count_,
+                std::vector<Vec3> start_, Particles particles_)
+      : scene(std::move(scene_)),
+        options(options_),
+        isa(isa_),
+        passes(&passes_),
+        count(count_),
+        start(std::move(start_)),
+        particles(particles_) {}
+  CompiledScene(const CompiledScene&) = delete;
+  CompiledScene& operator=(const CompiledScene&) = delete;
+
+  [[nodiscard]] const FreeMotion<T>* free() const noexcept { return motion_as<FreeMotion<T>>(); }
+  [[nodiscard]] FreeMotion<T>* free() noexcept { return motion_as<FreeMotion<T>>(); }
+  [[nodiscard]] const JoinedMotion<T>* joined() const noexcept { return motion_as<JoinedMotion<T>>(); }
+  [[nodiscard]] JoinedMotion<T>* joined() noexcept { return motion_as<JoinedMotion<T>>(); }
+  // Particles that stay in first-level cache together.
+  [[nodiscard]] std::size_t block() const noexcept { return free() != nullptr ? free()->block : joined()->flows()[0]->block; }
+
+  Scene scene;
+  Options options;
+  Isa isa;
+  const Passes* passes;
+  std::optional<std::size_t> count;  // none where all particles are alike
+  std::vector<Vec3> start;           // m: only where anchors stand at the start, or something joins particles
+  Particles particles;
+  ShapeMemories<T> shapes;  // of the contacts
+  std::shared_ptr<const JoinedLengths> lengths;
+  std::vector<TornSprings> torn;         // of each network
+  std::optional<SchemeChoice> choice{};  // of a scene that left its scheme open; changes keep it
+  Motion motion;
+
+ private:
+  template <class Kind>
+  [[nodiscard]] Kind* motion_as() const noexcept {
+    const auto* held = std::get_if<std::unique_ptr<Kind>>(&motion);
+    return held != nullptr ? held->get() : nullptr;
+  }
+};
+
+template <class T>
+using SharedScene = std::shared_ptr<CompiledScene<T>>;
+
+// The motion of the scene as it is; joints: those of its networks and constraints at its step, which have not been refused, or
+// null where nothing joins particles.
+template <class T>
+Expected<typename CompiledScene<T>::Motion> make_motion(const CompiledScene<T>& compiled, std::shared_ptr<Joints<T>> joints);
+// The error in a force in place of forces[index], all others being right.
+template <class T>
+std::optional<Error> refusal_of(const CompiledScene<T>& compiled, std::size_t index, const Force& force);
+// Whether it may ask for another number of sub-steps there.
+template <class T>
+bool asks_for_substeps(const CompiledScene<T>& before, std::size_t index, const Force& force) noexcept;
+// Radial springs without a rest length are linear: they are exact as such.
+Force with_linear_spring(Force force);
+// More accelerations that differ from particle to particle than a pass takes.
+std::optional<Error> check_sources(const System& system);
+
+// The scene, the options and the start have been checked. Reads as contents: which forces combine, what is refused, what joins.
+template <class T>
+Expected<SharedScene<T>> compile_scene(Scene scene, const Options& options, Isa isa, std::optional<std::size_t> count,
+                                       std::vector<Vec3> start, Particles particles);
+
+// A plan for particles that come and go, at most so many at once. It steps by ReportedStep alone where something follows a
+// motion.
+template <class T>
+Expected<Plan<T>> compile_to_come_and_go(const Scene& scene, const Options& options, std::size_t capacity);
+
+// The same with another step, or with forces[index] or contacts[index] another: what the change does not touch is shared.
+template <class T>
+Expected<SharedScene<T>> with_step(const CompiledScene<T>& before, double h);
+template <class T>
+Expected<SharedScene<T>> with_force(const CompiledScene<T>& before, std::size_t index, const Force& force);
+template <class T>
+Expected<SharedScene<T>> with_contact(const CompiledScene<T>& before, std::size_t index, const Contact& contact);
+template <class T>
+Expected<SharedScene<T>> with_wind(const CompiledScene<T>& before, const Wind& wind);
+// A scene of the same particles and springs, which differs in what these are made of, in masses and in what is fixed or torn.
+template <class T>
+Expected<SharedScene<T>> with_scene(const CompiledScene<T>& before, Scene scene);
+
+}  // namespace dvdx

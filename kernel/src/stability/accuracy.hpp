@@ -1,0 +1,23 @@
+// Accuracy of a scene's steps: whether they are exact, and with which power of the step their error goes where they are not.
+#pragma once
+
+#include <cstddef>
+#include <limits>
+#include <string>
+#include <vector>
+
+#include "dvdx/scene.hpp"
+#include "free/system.hpp"
+
+namespace dvdx {
+
+struct Accuracy {
+  static constexpr int exact = std::numeric_limits<int>::max();
+  int order = exact;
+  std::vector<std::string> reasons;  // what limits it to that order; none where it is exact
+};
+
+// The accuracy of the path at a given time, as the step goes to zero. Rounding aside.
+Accuracy accuracy(const Scene& scene, const System& system);
+
+}  // namespace dvdx

@@ -1,0 +1,35 @@
+// Values of a scene that are finite but that the plan's scalar type cannot hold, or not what is made of them.
+#pragma once
+
+#include <optional>
+#include <span>
+
+#include "dvdx/plan.hpp"
+#include "dvdx/scene.hpp"
+#include "topology/particle_order.hpp"
+
+namespace dvdx {
+
+// The scene and the options have been checked. start: the particles' positions where anchors stand there or something joins
+// particles; count: none where all particles are alike.
+template <class T>
+std::optional<Error> check_range(const Scene& scene, const Options& options, std::optional<std::size_t> count,
+                                 std::span<const Vec3> start);
+// The same for the forces alone; for one contact; for the wind; and whether a grid takes such an inverse mass, 1/kg.
+template <class T>
+std::optional<Error> check_range_of_forces(const Scene& scene, const Options& options, std::optional<std::size_t> count,
+                                           std::span<const Vec3> start);
+template <class T>
+std::optional<Error> check_range(const Contact& contact, std::size_t index, const Origin& origin);
+template <class T>
+std::optional<Error> check_range(const Wind& wind);
+template <class T>
+bool is_in_range(const Grid& grid, double h, double w);
+// Whether a spring between two particles is; w: the sum of their inverse masses, 1/kg.
+template <class T>
+bool is_in_range(const JoinedPair& spring, double h, double w);
+// Whether all would be if each were as stiff and as long as any, between the lightest particles.
+template <class T>
+bool are_well_in_range(const Springs& springs, const Scene& scene, double h, std::span<const Vec3> start);
+
+}  // namespace dvdx

@@ -1,0 +1,672 @@
+// A call of LivePlan::step: in batches of steps, what lives is stepped and moved together, and what is born follows behind.
+#include <algorithm>
+#include <span>
+
+#include "contact/report/contact_recorder.hpp"
+#include "contact/surfaces/make_surface.hpp"
+#include "dvdx/layouts/convert.hpp"
+#include "meet/meet.hpp"
+#include "plan/reported_step.hpp"
+#include "scene/checker.hpp"
+#include "scene/particle_values.hpp"
+#include "turnover/any_order.hpp"
+#include "turnover/lifecycle.hpp"
+#include "turnover/live_births.hpp"
+#include "turnover/live_chunks.hpp"
+#include "turnover/live_columns.hpp"
+#include "work/environment.hpp"
+#include "work/stepping.hpp"
+#include "work/tasks.hpp"
+
+namespace dvdx {
+
+namespace {
+
+// Below this many particles whole chunks are too large to be shared among threads, and to lie behind what overflows.
+constexpr std::size_t few = 64 * live_chunk;
+// Births by time never come to so high a number.
+constexpr std::uint64_t first_of_bursts = std::uint64_t{1} << 63U;
+
+template <class T>
+class LifecycleStep {
+ public:
+  LifecycleStep(const CompiledLifecycle<T>& compiled, LifecycleWorkspace<T>& workspace, LiveState<T>& live,
+                const ParallelFor& parallel, ContactReport::Parts* report) noexcept
+      : p_(compiled),
+        ws_(workspace),
+        kernels_(compiled.passes.template of<T>().removal),
+        live_(live),
+        parallel_(parallel),
+        report_(report),
+        chunks_(compiled, workspace, live, report),
+        living_(compiled.turnover.capacity),
+        moves_(moves_anything(compiled)),
+        moves_surfaces_(moves_contacts(compiled)),
+        meets_(meets(compiled)) {}
+
+  // Steps batch by batch.
+  StepResult step(std::size_t steps) noexcept {
+    // Which particle fills which hole depends on the births of the steps before: one step at a time where they do. In a report
+    // a particle is known by where it stands when its step begins. Everything on a motion has one pose a step. Who meets whom
+    // depends on who lives.
+    const bool goes_singly = fills_holes(p_.turnover.removal) || report_ != nullptr || moves_ || meets_;
+    const std::size_t most = goes_singly ? 1 : batch_steps;
+    for (std::size_t left = steps; left != 0;) {
+      const std::size_t now = batch_of(std::min(left, most));
+      set_out();
+      if (const StepResult result = meet(); result != StepResult::done) return result;
+      step_batch(now);
+      if (report_ != nullptr) report_->steps += now;
+      left -= now;
+    }
+    return StepResult::done;
+  }
+
+  void burst(std::size_t emitter, std::uint64_t births) noexcept {
+    EmissionTerms at_once = p_.emitters[emitter];
+    at_once.interval = 0;
+    LiveFollowers<T>& followers = ws_.followers;
+    for (std::size_t k = 0; k < p_.tracks.size(); ++k)
+      followers.poses[k] = followers.motions[k].at(p_.tracks[k], live_.state.clock);
+    count_for(births);
+    append(at_once, carrier_of(p_, followers, emitter), first_of_bursts + live_.born, births, 0);
+  }
+
+  void remove() noexcept {
+    const ParticleGroup all{.first = 0, .count = live_.state.count, .steps = 0, .clock = live_.state.clock};
+    compact_all({&all, 1});
+  }
+
+ private:
+  // Births in number order of one emitter within one step, and where they stand.
+  struct Run {
+    const EmissionTerms* emitter = nullptr;
+    const MovedPose* carrier = nullptr;
+    Births births{};
+    std::size_t at = 0;
+    std::size_t pieces = 0;    // of born_together
+    std::uint64_t number = 0;  // births of all parts before
+  };
+
+  // ---- how many steps at once ---------------------------------------------------------------------------------------------
+
+  [[nodiscard]] std::uint64_t born_until(std::size_t step) const noexcept {
+    std::uint64_t born = 0;
+    for (std::size_t e = 0; e < p_.emitters.size(); ++e) born += ws_.births[step][e].whole - ws_.births[0][e].whole;
+    return born;
+  }
+
+  // As many steps as leave room for all their births, whatever dies meanwhile: which births find no room must not depend on how
+  // steps are batched. One step always: its births come after its deaths.
+  [[nodiscard]] std::size_t batch_of(std::size_t most) noexcept {
+    ws_.clocks[0] = live_.state.clock;
+    for (std::size_t n = 0; n <= most; ++n) {
+      if (n != 0) {
+        ws_.clocks[n] = ws_.clocks[n - 1];
+        ws_.clocks[n].advance(p_.plan.step_size(), 1);
+      }
+      for (std::size_t e = 0; e < p_.emitters.size(); ++e) {
+        ws_.births[n][e] = births_by(p_.turnover.emitters[e], ws_.clocks[n]);
+      }
+    }
+    count_for(born_until(most));
+    while (most > 1 && born_until(most) > room()) most /= 2;
+    return most;
+  }
+
+  // Counts all that live, where it is not known that so many births find room.
+  void count_for(std::uint64_t births) noexcept {
+    if (births <= room()) return;
+    const std::uint64_t here = live_.state.count;
+    living_ = p_.shared.parts == 1 ? here : p_.shared.count_all(p_.shared.context, here);
+  }
+  [[nodiscard]] std::uint64_t room() const noexcept { return p_.turnover.capacity - living_; }
+
+  // Steps all particles, where they meet: together, not chunk by chunk.
+  [[nodiscard]] StepResult meet() noexcept {
+    if (!meets_) return StepResult::done;
+    State<T> state = live_.state;
+    return ReportedStep<T>::meet(p_.plan, ws_.meeting ? &*ws_.meeting : nullptr, state, parallel_, report_);
+  }
+
+  void step_batch(std::size_t steps) noexcept {
+    if (fills_holes(p_.turnover.removal) && born_until(1) <= p_.turnover.capacity - live_.state.count) {
+      step_in_any_order(born_until(1));
+      live_.state.clock = ws_.clocks[1];
+      return;
+    }
+    const ParticleGroup all{
+        .first = 0, .count = live_.state.count, .steps = steps, .clock = ws_.clocks[0], .is_stepped = meets_};
+    compact_all({&all, 1});
+    emit(steps);
+    live_.state.clock = ws_.clocks[steps];
+  }
+
+  // ---- what follows a motion ----------------------------------------------------------------------------------------------
+
+  // Before a step: all poses at its end, and surfaces that go there.
+  void set_out() noexcept {
+    LiveFollowers<T>& followers = ws_.followers;
+    followers.moved = nullptr;
+    const auto& [start, end] = std::pair(ws_.clocks[0], ws_.clocks[1]);
+    for (std::size_t k = 0; k < p_.tracks.size() && moves_; ++k) {
+      DrivenMotion& motion = followers.motions[k];
+      motion.arrive(p_.tracks[k], start);
+      motion.begin(p_.tracks[k], start, p_.plan.step_size());
+      followers.poses[k] = motion.at_end_of(p_.tracks[k], start, end);
+    }
+    if (moves_surfaces_) move_surfaces();
+  }
+
+  void move_surfaces() noexcept {
+    LiveFollowers<T>& followers = ws_.followers;
+    const Terms<T>& resting = ReportedStep<T>::motion_of(p_.plan).terms;
+    followers.terms = resting;
+    followers.terms.surfaces = followers.surfaces.data();
+    followers.moved = &followers.terms;
+    for (std::size_t j = 0; j < resting.surface_count; ++j) {
+      Surface<T>& surface = followers.surfaces[j];
+      surface = resting.surfaces[j];
+      const Contact& contact = p_.plan.scene().contacts[surface.contact];
+      const auto& of = motion_of(contact);
+      if (!of) continue;
+      const MovedPose& pose = followers.poses[*of];
+      move_surface(surface, contact, pose, Vec3{});
+      if (report_ != nullptr) report_->centers[surface.contact] = {pose.place(pose.center), pose.velocity};
+      if (surface.movement != Movement::rest) followers.terms.moves = true;
+    }
+  }
+
+  // ---- births -------------------------------------------------------------------------------------------------------------
+
+  void emit(std::size_t steps) noexcept {
+    count_for(born_until(steps));
+    std::array<ParticleGroup, batch_steps> groups{};
+    const std::size_t before = live_.state.count;
+    for (std::size_t n = 0; n < steps; ++n) {
+      groups[n] = {.first = live_.state.count, .count = 0, .steps = steps - 1 - n, .clock = ws_.clocks[n + 1], .is_new = true};
+      for (std::size_t e = 0; e < p_.emitters.size(); ++e) emit_run(e, n);
+      groups[n].count = live_.state.count - groups[n].first;
+    }
+    if (live_.state.count != before) compact_all({groups.data(), steps});
+  }
+
+  void emit_run(std::size_t emitter, std::size_t step) noexcept {
+    const std::uint64_t first = ws_.births[step][emitter].whole;
+    const BirthsBy& end = ws_.births[step + 1][emitter];
+    append(p_.emitters[emitter], carrier_of(p_, ws_.followers, emitter), first, end.whole - first,
+           (end.number - TwoDouble(static_cast<double>(first) + 1)).value());
+  }
+
+  // Births from number `first` on, of which the first is so many intervals old.
+  void append(const EmissionTerms& emitter, const MovedPose* carrier, std::uint64_t first, std::uint64_t wanted,
+              double lead) noexcept {
+    const std::uint64_t all = std::min(wanted, room());
+    const std::uint64_t number = live_.born;
+    living_ += all;
+    live_.born += all;
+    live_.dropped += wanted - all;
+    const Stretch here = share_of(first, all);
+    if (here.count == 0) return;
+    const auto count = static_cast<std::size_t>(here.count);
+    run_ = {.emitter = &emitter,
+            .carrier = carrier,
+            .births = {.first = first + here.first,
+                       .count = count,
+                       .lead = lead - static_cast<double>(here.first),
+                       .step = p_.plan.step_size()},
+            .at = live_.state.count,
+            .pieces = (count + born_together - 1) / born_together,
+            .number = number + here.first};
+    live_.state.count += count;
+    const bool is_worth_threads = parallel_.run != nullptr && count >= steps_worth_threads / batch_steps;
+    for_each_task(is_worth_threads ? parallel_ : ParallelFor{}, run_.pieces, [this](std::size_t piece) { emit_piece(piece); });
+  }
+
+  // This part's of so many births from number `first` on. They are as many for each part as can be, and which parts have one
+  // more goes round with the number.
+  [[nodiscard]] Stretch share_of(std::uint64_t first, std::uint64_t all) const noexcept {
+    const std::uint64_t parts = p_.shared.parts;
+    const std::uint64_t each = all / parts, more = all % parts;
+    const std::uint64_t turn = (p_.shared.part + parts - first % parts) % parts;
+    return {.first = turn * each + std::min(turn, more), .count = each + (turn < more ? 1 : 0)};
+  }
+
+  void emit_piece(std::size_t piece) const noexcept {
+    const std::size_t from = piece * born_together;
+    Births births = run_.births;
+    births.first += from;
+    births.count = std::min(born_together, births.count - from);
+    births.lead -= static_cast<double>(from);
+    BornBlock<T> block;
+    make_births(p_.passes, *run_.emitter, run_.carrier, births, block);
+    put_births(block, live_, run_.number + from, [at = run_.at + from](std::size_t k) { return at + k; });
+  }
+
+  // ---- steps and removal --------------------------------------------------------------------------------------------------
+
+  // Steps the groups, which lie one behind the other up to the last live particle, and moves together what stays.
+  void compact_all(std::span<const ParticleGroup> groups) noexcept {
+    const std::size_t first = groups.front().first;
+    const std::size_t before = live_.state.count;
+    std::size_t work = 0;
+    for (const ParticleGroup& group : groups) work += group.count * std::max<std::size_t>(group.steps, 1);
+    if (fills_holes(p_.turnover.removal)) {
+      live_.state.count = fill_holes(groups.front());
+    } else if (meets_) {
+      live_.state.count = compact_in_order(groups, first);
+      if (first == 0 && live_.state.count != before) renumber(before);
+    } else {
+      live_.state.count = threads_for(work).run != nullptr ? compact_in_parallel(groups) : compact_in_order(groups, first);
+    }
+    live_.removed += before - live_.state.count;
+  }
+
+  // None where waking them costs more than it saves.
+  [[nodiscard]] ParallelFor threads_for(std::size_t work) const noexcept {
+    return work >= steps_worth_threads ? parallel_ : ParallelFor{};
+  }
+
+  std::size_t compact_in_order(std::span<const ParticleGroup> groups, std::size_t to) noexcept {
+    for (const ParticleGroup& group : groups) {
+      for_each_chunk(group, [&](const ParticleGroup& chunk) {
+        Removed removed{};
+        const auto stepped = chunks_.step_chunk(chunk, 0, removed);
+        if (meets_) note_numbers(chunk, removed, to);
+        chunks_.move_survivors(stepped, chunk, removed, to);
+        to += stepped.kept;
+      });
+    }
+    return to;
+  }
+
+  // The numbers of a chunk's particles once what is removed has gone, from `to` on.
+  void note_numbers(const ParticleGroup& chunk, const Removed& removed, std::size_t to) const noexcept {
+    for (std::size_t i = 0; i < chunk.count; ++i) {
+      const bool stays = !is_removed(removed.data(), i);
+      ws_.after[chunk.first + i] = stays ? static_cast<std::uint32_t>(to) : no_partner;
+      to += stays ? 1U : 0U;
+    }
+  }
+  // The pulses of pairs go with their particles.
+  void renumber(std::size_t before) noexcept {
+    ReportedStep<T>::renumber(p_.plan, ws_.meeting ? &*ws_.meeting : nullptr, std::span(ws_.after).first(before),
+                              live_.state.count);
+  }
+
+  template <class Use>
+  void for_each_chunk(const ParticleGroup& group, const Use& use) const noexcept {
+    for (std::size_t from = 0; from < group.count;) {
+      ParticleGroup chunk = group;
+      chunk.first += from;
+      chunk.count = std::min({chunk_, chunks_.most_from(chunk.first), group.count - from});
+      from += chunk.count;
+      use(chunk);
+    }
+  }
+
+  // ---- in any order -------------------------------------------------------------------------------------------------------
+
+  // One step in which all births are sure of room: they take the places of what goes.
+  void step_in_any_order(std::uint64_t births) noexcept {
+    const std::uint64_t before = live_.state.count + births;
+    const ParticleGroup all{.first = 0, .count = live_.state.count, .steps = 1, .clock = ws_.clocks[0]};
+    AnyOrder<T> step(p_, ws_, live_, chunks_, births, live_.born);
+    const auto ends = step.step(all, threads_for(all.count + births));
+    living_ += births;
+    live_.born += births;
+    live_.state.count =
+        fill_holes({.first = ends.of_seen, .count = ends.of_all - ends.of_seen, .clock = ws_.clocks[1], .is_new = true});
+    live_.removed += before - live_.state.count;
+  }
+
+  // Steps a group that reaches to the last live particle, and fills the holes. Returns the new end.
+  std::size_t fill_holes(const ParticleGroup& group) noexcept {
+    if (group.count == 0) return group.first;
+    AnyOrder<T> step(p_, ws_, live_, chunks_, 0, live_.born);
+    return step.step(group, threads_for(group.count)).of_all;
+  }
+
+  // ---- on threads ---------------------------------------------------------------------------------------------------------
+
+  // A piece that one thread compacts. Its first survivors belong where the piece before it ends; that may not have been read
+  // yet, so they wait in the overflow.
+  struct Segment {
+    ParticleGroup group{};
+    std::size_t kept = 0;
+    std::size_t to = 0;          // where the survivors belong
+    std::size_t overflowed = 0;  // of them, at most
+    std::byte* overflow = nullptr;
+  };
+
+  std::size_t compact_in_parallel(std::span<const ParticleGroup> groups) noexcept {
+    if (live_.state.count < few) chunk_ = aside_chunk;
+    cut(groups, chunk_);
+    const bool is_known = !p_.removal.looks_at_places();
+    if (is_known) {
+      for_each_segment([this](std::size_t s) { count_kept(s); });
+      place();
+      reserve_overflow();
+    }
+    for_each_segment([this](std::size_t s) { compact_segment(s); });
+    place();
+    if (has_overflow_) {
+      for_each_segment([this](std::size_t s) { put_overflow(s); });
+    } else {
+      close_gaps();
+    }
+    const Segment& last = segments_[segment_count_ - 1];
+    return last.to + last.kept;
+  }
+
+  template <class Body>
+  void for_each_segment(const Body& body) noexcept {
+    for_each_task(parallel_, segment_count_, body);
+  }
+
+  // Into a fixed number of pieces of whole chunks or runs, whichever thread takes them.
+  void cut(std::span<const ParticleGroup> groups, std::size_t whole) noexcept {
+    std::size_t all = 0;
+    for (const ParticleGroup& group : groups) all += group.count;
+    const std::size_t most = tasks_of(tasks_of(all, live_segments), whole) * whole;
+    segment_count_ = 0;
+    has_overflow_ = false;
+    for (const ParticleGroup& group : groups) {
+      for (std::size_t from = 0; from < group.count; from += most) {
+        Segment& segment = segments_[segment_count_++];
+        segment = {.group = group, .kept = 0, .to = 0, .overflowed = 0, .overflow = nullptr};
+        segment.group.first += from;
+        segment.group.count = std::min(most, group.count - from);
+      }
+    }
+  }
+
+  void count_kept(std::size_t s) noexcept {
+    Segment& segment = segments_[s];
+    segment.kept = segment.group.count;
+    if (live_.lifetime.base == nullptr || live_.age.base == nullptr) return;
+    for (std::size_t from = 0; from < segment.group.count; from += staged) {
+      const std::size_t n = std::min(staged, segment.group.count - from);
+      Gathered<T> age(live_.age, segment.group.first + from, n), lifetime(live_.lifetime, segment.group.first + from, n);
+      segment.kept -= kernels_.count_aged(age.data(), lifetime.data(), n, chunks_.step_size(), segment.group.steps);
+    }
+  }
+
+  void place() noexcept {
+    std::size_t to = segments_[0].group.first;
+    for (std::size_t s = 0; s < segment_count_; ++s) {
+      segments_[s].to = to;
+      to += segments_[s].kept;
+    }
+  }
+
+  // Room for the survivors that must wait, if there is enough.
+  void reserve_overflow() noexcept {
+    auto* next = reinterpret_cast<std::byte*>(ws_.overflow.get());
+    std::size_t left = ws_.overflow_bytes;
+    for (std::size_t s = 0; s < segment_count_; ++s) {
+      Segment& segment = segments_[s];
+      segment.overflowed = std::min(segment.group.first - segment.to, segment.kept);
+      const std::size_t bytes = overflow_bytes(segment.overflowed);
+      if (bytes > left) return forget_overflow();
+      segment.overflow = next;
+      next += bytes;
+      left -= bytes;
+    }
+    has_overflow_ = true;
+  }
+
+  void forget_overflow() noexcept {
+    for (std::size_t s = 0; s < segment_count_; ++s) segments_[s].overflowed = 0;
+  }
+
+  // A chunk more of every column, over which a compaction may write.
+  [[nodiscard]] std::size_t overflow_bytes(std::size_t particles) const noexcept {
+    if (particles == 0) return 0;
+    std::size_t bytes = 0;
+    for_each_strip(live_, [&](const Strip& strip) { bytes += (particles + chunk_) * strip.bytes; });
+    return bytes;
+  }
+
+  // The contents of a segment's overflow, and the column that they belong to.
+  template <class Use>
+  void for_each_overflow(const Segment& segment, const Use& use) const noexcept {
+    std::byte* next = segment.overflow;
+    for_each_strip(live_, [&](const Strip& strip) {
+      use(strip, Strip{next, 0, 1, strip.bytes, true});
+      next += (segment.overflowed + chunk_) * strip.bytes;
+    });
+  }
+
+  void compact_segment(std::size_t s) noexcept {
+    Segment& segment = segments_[s];
+    std::size_t kept = 0;
+    for_each_chunk(segment.group, [&](const ParticleGroup& chunk) {
+      Removed removed{};
+      const auto stepped = chunks_.step_chunk(chunk, s, removed);
+      move_chunk(segment, chunk, removed, kept, stepped);
+      kept += stepped.kept;
+    });
+    segment.kept = kept;
+  }
+
+  // The segment's survivors number `kept` and on: the first of them into the overflow, the others to the segment's own front.
+  void move_chunk(const Segment& segment, const ParticleGroup& chunk, const Removed& removed, std::size_t kept,
+                  const typename LiveChunks<T>::Stepped& stepped) noexcept {
+    const std::size_t waiting = segment.overflowed > kept ? std::min(segment.overflowed - kept, stepped.kept) : 0;
+    if (waiting != 0) {
+      Removed not_waiting = removed;
+      hide(not_waiting, chunk.count, waiting, Side::behind);
+      Compacting compacting(p_.passes, chunk.count, not_waiting);
+      std::byte* next = segment.overflow;
+      chunks_.for_each_source(stepped, chunk, [&](const Strip& from, std::size_t first, const Strip&) {
+        compacting.add(from, first, Strip{next, 0, 1, from.bytes, true}, kept);
+        next += (segment.overflowed + chunk_) * from.bytes;
+      });
+    }
+    if (waiting == stepped.kept) return;
+    Removed others = removed;
+    if (waiting != 0) hide(others, chunk.count, waiting, Side::before);
+    const std::size_t to = segment.group.first + kept + waiting - segment.overflowed;
+    chunks_.move_survivors(stepped, chunk, others, to);
+  }
+
+  enum class Side { before, behind };
+  // Marks as removed what stands before, or behind, the end of the first `survivors` survivors.
+  static void hide(Removed& removed, std::size_t count, std::size_t survivors, Side side) noexcept {
+    std::size_t seen = 0;
+    for (std::size_t i = 0; i < count; ++i) {
+      const bool is_before = seen < survivors;
+      if (!is_removed(removed.data(), i)) ++seen;
+      if (is_before == (side == Side::before)) removed[i / 64] |= std::uint64_t{1} << (i % 64);
+    }
+  }
+
+  void put_overflow(std::size_t s) noexcept {
+    const Segment& segment = segments_[s];
+    if (segment.overflowed == 0) return;
+    for_each_overflow(segment, [&](const Strip& strip, const Strip& overflow) {
+      move_strip(overflow, 0, segment.overflowed, strip, segment.to);
+    });
+  }
+
+  void close_gaps() noexcept {
+    for (std::size_t s = 0; s < segment_count_; ++s) {
+      const Segment& segment = segments_[s];
+      if (segment.to == segment.group.first || segment.kept == 0) continue;
+      for_each_strip(live_,
+                     [&](const Strip& strip) { move_strip(strip, segment.group.first, segment.kept, strip, segment.to); });
+    }
+  }
+
+  const CompiledLifecycle<T>& p_;
+  LifecycleWorkspace<T>& ws_;
+  const RemovalKernels<T>& kernels_;
+  LiveState<T>& live_;
+  ParallelFor parallel_;
+  ContactReport::Parts* report_;  // null: nobody asks what contacts do
+  LiveChunks<T> chunks_;
+  std::uint64_t living_;         // at most, over all parts
+  bool moves_, moves_surfaces_;  // whether anything, and whether contacts follow a motion
+  bool meets_;
+  Run run_{};
+  std::array<Segment, most_groups> segments_{};
+  std::size_t segment_count_ = 0;
+  bool has_overflow_ = false;
+  std::size_t chunk_ = live_chunk;
+};
+
+template <class T>
+StepResult check_live(const CompiledLifecycle<T>& compiled, const LiveState<T>& live) noexcept {
+  const std::size_t capacity = compiled.turnover.capacity;
+  const auto is_small = [capacity](const Column<T>& column) { return column.capacity < capacity || column.base == nullptr; };
+  bool is_any_small = live.state.count > capacity;
+  for (const auto* columns : {&live.state.x, &live.state.v}) {
+    is_any_small = is_any_small || std::any_of(columns->begin(), columns->end(), is_small);
+  }
+  for (const auto* column : {&live.age, &live.lifetime}) {
+    is_any_small = is_any_small || (column->base != nullptr && is_small(*column));
+  }
+  const auto is_nowhere = [](const Carried& column) { return column.base == nullptr && column.bytes != 0; };
+  is_any_small = is_any_small || (live.lifetime.base != nullptr && live.age.base == nullptr) ||
+                 std::any_of(live.carried.begin(), live.carried.end(), is_nowhere);
+  if (is_any_small) return StepResult::capacity_too_small;
+  return live.state.clock.is_finite() ? StepResult::done : StepResult::time_not_finite;
+}
+
+template <class T, class Work>
+StepResult run(const CompiledLifecycle<T>& compiled, LifecycleWorkspace<T>& workspace, LiveState<T>& live,
+               const ParallelFor& parallel, ContactReport::Parts* report, const Work& work) noexcept {
+  if (const StepResult result = check_live(compiled, live); result != StepResult::done) return result;
+  const Stepping stepping(workspace.is_stepping);
+  if (!stepping) return StepResult::in_use;
+  const StepEnvironment environment;
+  LifecycleStep<T> now(compiled, workspace, live, parallel, report);
+  return work(now);
+}
+
+// The same with a report, from its beginning to its end.
+template <class T, class Work>
+StepResult run_reported(const CompiledLifecycle<T>& compiled, LifecycleWorkspace<T>& workspace, LiveState<T>& live,
+                        ContactReport& contacts, const ParallelFor& parallel, const Work& work) noexcept {
+  if (contacts.parts() == nullptr) return StepResult::report_differs;
+  ContactReport::Parts& report = *contacts.parts();
+  const Scene& scene = compiled.plan.scene();
+  if (report.centers.size() != scene.contacts.size()) return StepResult::report_differs;
+  begin_report(report, scene);
+  const StepResult result = run(compiled, workspace, live, parallel, &report, work);
+  if (result == StepResult::done) end_report(report, 0);  // its steps have been counted
+  return result;
+}
+
+template <class T>
+auto steps_of(std::size_t steps) noexcept {
+  return [steps](LifecycleStep<T>& now) { return now.step(steps); };
+}
+
+template <class T>
+auto removal() noexcept {
+  return [](LifecycleStep<T>& now) {
+    now.remove();
+    return StepResult::done;
+  };
+}
+
+template <class T>
+Expected<void> burst_in(const CompiledLifecycle<T>& compiled, LifecycleWorkspace<T>& workspace, LiveState<T>& live,
+                        std::size_t index, std::size_t births) {
+  const std::size_t emitters = compiled.emitters.size();
+  if (index >= emitters) return tl::unexpected(no_such("emitters", index, emitters));
+  const auto work = [index, births](LifecycleStep<T>& now) {
+    now.burst(index, births);
+    return StepResult::done;
+  };
+  if (run(compiled, workspace, live, {}, nullptr, work) == StepResult::done) return {};
+  return tl::unexpected(
+      Error{"live", "not fit for it", "a state that step() would take, of a plan that no other thread steps"});
+}
+
+}  // namespace
+
+template <class T>
+Expected<void> LivePlan<T>::burst(LiveState<T>& live, std::size_t index, std::size_t births) const {
+  if (parts_ == nullptr) return tl::unexpected(moved_from("plan"));
+  return burst_in(parts_->compiled, parts_->workspace, live, index, births);
+}
+template <class T>
+Expected<void> LivePlan<T>::burst(LiveState<T>& live, LiveWorkspace<T>& workspace, std::size_t index,
+                                  std::size_t births) const {
+  if (parts_ == nullptr) return tl::unexpected(moved_from("plan"));
+  if (workspace.parts_ == nullptr) return tl::unexpected(moved_from("workspace"));
+  if (fit_of(workspace) != StepResult::done) return tl::unexpected(Error{"workspace", "of another scene", "made by this plan"});
+  return burst_in(parts_->compiled, workspace.parts_->workspace, live, index, births);
+}
+
+template <class T>
+StepResult LivePlan<T>::fit_of(const LiveWorkspace<T>& workspace) const noexcept {
+  if (parts_ == nullptr) return StepResult::moved_from;
+  if (workspace.parts_ == nullptr) return StepResult::workspace_differs;
+  const LifecycleWorkspace<T>& own = workspace.parts_->workspace;
+  if (own.shape != parts_->workspace.shape) return StepResult::workspace_differs;
+  return own.known < parts_->told ? StepResult::driven_elsewhere : StepResult::done;
+}
+
+template <class T>
+StepResult LivePlan<T>::step(LiveState<T>& live, std::size_t steps, const ParallelFor& parallel) const noexcept {
+  if (parts_ == nullptr) return StepResult::moved_from;
+  return run(parts_->compiled, parts_->workspace, live, parallel, nullptr, steps_of<T>(steps));
+}
+template <class T>
+StepResult LivePlan<T>::step(LiveState<T>& live, ContactReport& contacts, std::size_t steps,
+                             const ParallelFor& parallel) const noexcept {
+  if (parts_ == nullptr) return StepResult::moved_from;
+  return run_reported(parts_->compiled, parts_->workspace, live, contacts, parallel, steps_of<T>(steps));
+}
+template <class T>
+StepResult LivePlan<T>::step(LiveState<T>& live, LiveWorkspace<T>& workspace, std::size_t steps,
+                             const ParallelFor& parallel) const noexcept {
+  if (const StepResult fit = fit_of(workspace); fit != StepResult::done) return fit;
+  return run(parts_->compiled, workspace.parts_->workspace, live, parallel, nullptr, steps_of<T>(steps));
+}
+template <class T>
+StepResult LivePlan<T>::step(LiveState<T>& live, LiveWorkspace<T>& workspace, ContactReport& contacts, std::size_t steps,
+                             const ParallelFor& parallel) const noexcept {
+  if (const StepResult fit = fit_of(workspace); fit != StepResult::done) return fit;
+  return run_reported(parts_->compiled, workspace.parts_->workspace, live, contacts, parallel, steps_of<T>(steps));
+}
+
+template <class T>
+StepResult LivePlan<T>::remove(LiveState<T>& live, const ParallelFor& parallel) const noexcept {
+  if (parts_ == nullptr) return StepResult::moved_from;
+  return run(parts_->compiled, parts_->workspace, live, parallel, nullptr, removal<T>());
+}
+template <class T>
+StepResult LivePlan<T>::remove(LiveState<T>& live, LiveWorkspace<T>& workspace, const ParallelFor& parallel) const noexcept {
+  if (const StepResult fit = fit_of(workspace); fit != StepResult::done) return fit;
+  return run(parts_->compiled, workspace.parts_->workspace, live, parallel, nullptr, removal<T>());
+}
+
+template StepResult LivePlan<float>::fit_of(const LiveWorkspace<float>&) const noexcept;
+template StepResult LivePlan<double>::fit_of(const LiveWorkspace<double>&) const noexcept;
+template StepResult LivePlan<float>::step(LiveState<float>&, std::size_t, const ParallelFor&) const noexcept;
+template StepResult LivePlan<double>::step(LiveState<double>&, std::size_t, const ParallelFor&) const noexcept;
+template StepResult LivePlan<float>::step(LiveState<float>&, ContactReport&, std::size_t, const ParallelFor&) const noexcept;
+template StepResult LivePlan<double>::step(LiveState<double>&, ContactReport&, std::size_t, const ParallelFor&) const noexcept;
+template StepResult LivePlan<float>::step(LiveState<float>&, LiveWorkspace<float>&, std::size_t,
+                                          const ParallelFor&) const noexcept;
+template StepResult LivePlan<double>::step(LiveState<double>&, LiveWorkspace<double>&, std::size_t,
+                                           const ParallelFor&) const noexcept;
+template StepResult LivePlan<float>::step(LiveState<float>&, LiveWorkspace<float>&, ContactReport&, std::size_t,
+                                          const ParallelFor&) const noexcept;
+template StepResult LivePlan<double>::step(LiveState<double>&, LiveWorkspace<double>&, ContactReport&, std::size_t,
+                                           const ParallelFor&) const noexcept;
+template Expected<void> LivePlan<float>::burst(LiveState<float>&, std::size_t, std::size_t) const;
+template Expected<void> LivePlan<double>::burst(LiveState<double>&, std::size_t, std::size_t) const;
+template Expected<void> LivePlan<float>::burst(LiveState<float>&, LiveWorkspace<float>&, std::size_t, std::size_t) const;
+template Expected<void> LivePlan<double>::burst(LiveState<double>&, LiveWorkspace<double>&, std::size_t, std::size_t) const;
+template StepResult LivePlan<float>::remove(LiveState<float>&, const ParallelFor&) const noexcept;
+template StepResult LivePlan<double>::remove(LiveState<double>&, const ParallelFor&) const noexcept;
+template StepResult LivePlan<float>::remove(LiveState<float>&, LiveWorkspace<float>&, const ParallelFor&) const noexcept;
+template StepResult LivePlan<double>::remove(LiveState<double>&, LiveWorkspace<double>&, const ParallelFor&) const noexcept;
+
+}  // namespace dvdx
