@@ -7,6 +7,7 @@
 #include <cstddef>
 #include <cstdint>
 
+#include "contact/pass/bounce_on_one.inl.hpp"
 #include "contact/pass/impact.inl.hpp"
 #include "contact/pass/rest_on_one.inl.hpp"
 #include "contact/pass/still.inl.hpp"
