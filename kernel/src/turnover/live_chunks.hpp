@@ -92,6 +92,20 @@ class LiveChunks {
                     [&](const Strip& from, std::size_t first, const Strip& live) { compacting.add(from, first, live, to); });
   }
 
+  // Smaller chunks from now on.
+  void make_small() noexcept { chunk_ = aside_chunk; }
+  [[nodiscard]] std::size_t most() const noexcept { return chunk_; }  // particles of one
+  template <class Use>
+  void for_each(const ParticleGroup& group, const Use& use) const noexcept {
+    for (std::size_t from = 0; from < group.count;) {
+      ParticleGroup chunk = group;
+      chunk.first += from;
+      chunk.count = std::min({chunk_, most_from(chunk.first), group.count - from});
+      from += chunk.count;
+      use(chunk);
+    }
+  }
+
   // How many particles from number `first` on may be stepped together.
   [[nodiscard]] std::size_t most_from(std::size_t first) const noexcept {
     return can_be_viewed(first) ? live_chunk : aside_chunk;
@@ -176,6 +190,7 @@ class LiveChunks {
   const RemovalKernels<T>& kernels_;
   const LiveState<T>& live_;
   ContactReport::Parts* report_;  // null: nobody asks what contacts do
+  std::size_t chunk_ = live_chunk;
 };
 
 }  // namespace dvdx

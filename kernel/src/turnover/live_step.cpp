@@ -14,6 +14,7 @@
 #include "turnover/live_births.hpp"
 #include "turnover/live_chunks.hpp"
 #include "turnover/live_columns.hpp"
+#include "turnover/live_segments.hpp"
 #include "work/environment.hpp"
 #include "work/stepping.hpp"
 #include "work/tasks.hpp"
@@ -22,8 +23,6 @@ namespace dvdx {
 
 namespace {
 
-// Below this many particles whole chunks are too large to be shared among threads, and to lie behind what overflows.
-constexpr std::size_t few = 64 * live_chunk;
 // Births by time never come to so high a number.
 constexpr std::uint64_t first_of_bursts = std::uint64_t{1} << 63U;
 
@@ -34,7 +33,6 @@ class LifecycleStep {
                 const ParallelFor& parallel, ContactReport::Parts* report) noexcept
       : p_(compiled),
         ws_(workspace),
-        kernels_(compiled.passes.template of<T>().removal),
         live_(live),
         parallel_(parallel),
         report_(report),
@@ -269,7 +267,7 @@ class LifecycleStep {
 
   std::size_t compact_in_order(std::span<const ParticleGroup> groups, std::size_t to) noexcept {
     for (const ParticleGroup& group : groups) {
-      for_each_chunk(group, [&](const ParticleGroup& chunk) {
+      chunks_.for_each(group, [&](const ParticleGroup& chunk) {
         Removed removed{};
         const auto stepped = chunks_.step_chunk(chunk, 0, removed);
         if (meets_) note_numbers(chunk, removed, to);
@@ -278,6 +276,10 @@ class LifecycleStep {
       });
     }
     return to;
+  }
+
+  std::size_t compact_in_parallel(std::span<const ParticleGroup> groups) noexcept {
+    return LiveSegments<T>(p_, ws_, live_, chunks_, parallel_).compact(groups);
   }
 
   // The numbers of a chunk's particles once what is removed has gone, from `to` on.
@@ -292,17 +294,6 @@ class LifecycleStep {
   void renumber(std::size_t before) noexcept {
     ReportedStep<T>::renumber(p_.plan, ws_.meeting ? &*ws_.meeting : nullptr, std::span(ws_.after).first(before),
                               live_.state.count);
-  }
-
-  template <class Use>
-  void for_each_chunk(const ParticleGroup& group, const Use& use) const noexcept {
-    for (std::size_t from = 0; from < group.count;) {
-      ParticleGroup chunk = group;
-      chunk.first += from;
-      chunk.count = std::min({chunk_, chunks_.most_from(chunk.first), group.count - from});
-      from += chunk.count;
-      use(chunk);
-    }
   }
 
   // ---- in any order -------------------------------------------------------------------------------------------------------
@@ -327,181 +318,8 @@ class LifecycleStep {
     return step.step(group, threads_for(group.count)).of_all;
   }
 
-  // ---- on threads ---------------------------------------------------------------------------------------------------------
-
-  // A piece that one thread compacts. Its first survivors belong where the piece before it ends; that may not have been read
-  // yet, so they wait in the overflow.
-  struct Segment {
-    ParticleGroup group{};
-    std::size_t kept = 0;
-    std::size_t to = 0;          // where the survivors belong
-    std::size_t overflowed = 0;  // of them, at most
-    std::byte* overflow = nullptr;
-  };
-
-  std::size_t compact_in_parallel(std::span<const ParticleGroup> groups) noexcept {
-    if (live_.state.count < few) chunk_ = aside_chunk;
-    cut(groups, chunk_);
-    const bool is_known = !p_.removal.looks_at_places();
-    if (is_known) {
-      for_each_segment([this](std::size_t s) { count_kept(s); });
-      place();
-      reserve_overflow();
-    }
-    for_each_segment([this](std::size_t s) { compact_segment(s); });
-    place();
-    if (has_overflow_) {
-      for_each_segment([this](std::size_t s) { put_overflow(s); });
-    } else {
-      close_gaps();
-    }
-    const Segment& last = segments_[segment_count_ - 1];
-    return last.to + last.kept;
-  }
-
-  template <class Body>
-  void for_each_segment(const Body& body) noexcept {
-    for_each_task(parallel_, segment_count_, body);
-  }
-
-  // Into a fixed number of pieces of whole chunks or runs, whichever thread takes them.
-  void cut(std::span<const ParticleGroup> groups, std::size_t whole) noexcept {
-    std::size_t all = 0;
-    for (const ParticleGroup& group : groups) all += group.count;
-    const std::size_t most = tasks_of(tasks_of(all, live_segments), whole) * whole;
-    segment_count_ = 0;
-    has_overflow_ = false;
-    for (const ParticleGroup& group : groups) {
-      for (std::size_t from = 0; from < group.count; from += most) {
-        Segment& segment = segments_[segment_count_++];
-        segment = {.group = group, .kept = 0, .to = 0, .overflowed = 0, .overflow = nullptr};
-        segment.group.first += from;
-        segment.group.count = std::min(most, group.count - from);
-      }
-    }
-  }
-
-  void count_kept(std::size_t s) noexcept {
-    Segment& segment = segments_[s];
-    segment.kept = segment.group.count;
-    if (live_.lifetime.base == nullptr || live_.age.base == nullptr) return;
-    for (std::size_t from = 0; from < segment.group.count; from += staged) {
-      const std::size_t n = std::min(staged, segment.group.count - from);
-      Gathered<T> age(live_.age, segment.group.first + from, n), lifetime(live_.lifetime, segment.group.first + from, n);
-      segment.kept -= kernels_.count_aged(age.data(), lifetime.data(), n, chunks_.step_size(), segment.group.steps);
-    }
-  }
-
-  void place() noexcept {
-    std::size_t to = segments_[0].group.first;
-    for (std::size_t s = 0; s < segment_count_; ++s) {
-      segments_[s].to = to;
-      to += segments_[s].kept;
-    }
-  }
-
-  // Room for the survivors that must wait, if there is enough.
-  void reserve_overflow() noexcept {
-    auto* next = reinterpret_cast<std::byte*>(ws_.overflow.get());
-    std::size_t left = ws_.overflow_bytes;
-    for (std::size_t s = 0; s < segment_count_; ++s) {
-      Segment& segment = segments_[s];
-      segment.overflowed = std::min(segment.group.first - segment.to, segment.kept);
-      const std::size_t bytes = overflow_bytes(segment.overflowed);
-      if (bytes > left) return forget_overflow();
-      segment.overflow = next;
-      next += bytes;
-      left -= bytes;
-    }
-    has_overflow_ = true;
-  }
-
-  void forget_overflow() noexcept {
-    for (std::size_t s = 0; s < segment_count_; ++s) segments_[s].overflowed = 0;
-  }
-
-  // A chunk more of every column, over which a compaction may write.
-  [[nodiscard]] std::size_t overflow_bytes(std::size_t particles) const noexcept {
-    if (particles == 0) return 0;
-    std::size_t bytes = 0;
-    for_each_strip(live_, [&](const Strip& strip) { bytes += (particles + chunk_) * strip.bytes; });
-    return bytes;
-  }
-
-  // The contents of a segment's overflow, and the column that they belong to.
-  template <class Use>
-  void for_each_overflow(const Segment& segment, const Use& use) const noexcept {
-    std::byte* next = segment.overflow;
-    for_each_strip(live_, [&](const Strip& strip) {
-      use(strip, Strip{next, 0, 1, strip.bytes, true});
-      next += (segment.overflowed + chunk_) * strip.bytes;
-    });
-  }
-
-  void compact_segment(std::size_t s) noexcept {
-    Segment& segment = segments_[s];
-    std::size_t kept = 0;
-    for_each_chunk(segment.group, [&](const ParticleGroup& chunk) {
-      Removed removed{};
-      const auto stepped = chunks_.step_chunk(chunk, s, removed);
-      move_chunk(segment, chunk, removed, kept, stepped);
-      kept += stepped.kept;
-    });
-    segment.kept = kept;
-  }
-
-  // The segment's survivors number `kept` and on: the first of them into the overflow, the others to the segment's own front.
-  void move_chunk(const Segment& segment, const ParticleGroup& chunk, const Removed& removed, std::size_t kept,
-                  const typename LiveChunks<T>::Stepped& stepped) noexcept {
-    const std::size_t waiting = segment.overflowed > kept ? std::min(segment.overflowed - kept, stepped.kept) : 0;
-    if (waiting != 0) {
-      Removed not_waiting = removed;
-      hide(not_waiting, chunk.count, waiting, Side::behind);
-      Compacting compacting(p_.passes, chunk.count, not_waiting);
-      std::byte* next = segment.overflow;
-      chunks_.for_each_source(stepped, chunk, [&](const Strip& from, std::size_t first, const Strip&) {
-        compacting.add(from, first, Strip{next, 0, 1, from.bytes, true}, kept);
-        next += (segment.overflowed + chunk_) * from.bytes;
-      });
-    }
-    if (waiting == stepped.kept) return;
-    Removed others = removed;
-    if (waiting != 0) hide(others, chunk.count, waiting, Side::before);
-    const std::size_t to = segment.group.first + kept + waiting - segment.overflowed;
-    chunks_.move_survivors(stepped, chunk, others, to);
-  }
-
-  enum class Side { before, behind };
-  // Marks as removed what stands before, or behind, the end of the first `survivors` survivors.
-  static void hide(Removed& removed, std::size_t count, std::size_t survivors, Side side) noexcept {
-    std::size_t seen = 0;
-    for (std::size_t i = 0; i < count; ++i) {
-      const bool is_before = seen < survivors;
-      if (!is_removed(removed.data(), i)) ++seen;
-      if (is_before == (side == Side::before)) removed[i / 64] |= std::uint64_t{1} << (i % 64);
-    }
-  }
-
-  void put_overflow(std::size_t s) noexcept {
-    const Segment& segment = segments_[s];
-    if (segment.overflowed == 0) return;
-    for_each_overflow(segment, [&](const Strip& strip, const Strip& overflow) {
-      move_strip(overflow, 0, segment.overflowed, strip, segment.to);
-    });
-  }
-
-  void close_gaps() noexcept {
-    for (std::size_t s = 0; s < segment_count_; ++s) {
-      const Segment& segment = segments_[s];
-      if (segment.to == segment.group.first || segment.kept == 0) continue;
-      for_each_strip(live_,
-                     [&](const Strip& strip) { move_strip(strip, segment.group.first, segment.kept, strip, segment.to); });
-    }
-  }
-
   const CompiledLifecycle<T>& p_;
   LifecycleWorkspace<T>& ws_;
-  const RemovalKernels<T>& kernels_;
   LiveState<T>& live_;
   ParallelFor parallel_;
   ContactReport::Parts* report_;  // null: nobody asks what contacts do
@@ -510,10 +328,6 @@ class LifecycleStep {
   bool moves_, moves_surfaces_;  // whether anything, and whether contacts follow a motion
   bool meets_;
   Run run_{};
-  std::array<Segment, most_groups> segments_{};
-  std::size_t segment_count_ = 0;
-  bool has_overflow_ = false;
-  std::size_t chunk_ = live_chunk;
 };
 
 template <class T>

@@ -1,0 +1,130 @@
+// One call of step() of joined particles: what all of its parts share, and how their passes are cut into tasks.
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "contact/report/contact_recorder.hpp"
+#include "dvdx/elsewhere.hpp"
+#include "plan/compiled_scene.hpp"
+#include "plan/state_io.hpp"
+#include "plan/workspace.hpp"
+#include "scene/particle_values.hpp"
+#include "topology/halo.hpp"
+#include "work/tasks.hpp"
+
+namespace dvdx {
+
+// What a pass goes through: rows, slices, or particles and triangles by slices.
+struct Units {
+  std::size_t count, per_task, size = 1;
+};
+
+template <class T>
+class JoinedCall {
+ public:
+  // For so many particles: all that the motion is of, unless they come and go.
+  JoinedCall(const CompiledScene<T>& scene_, const JoinedMotion<T>& motion_, JoinedWorkspace<T>& workspace, std::size_t count,
+             const ParallelFor& parallel_, ContactReport::Parts* report_) noexcept
+      : scene(scene_),
+        motion(motion_),
+        joints(motion_.joints()),
+        ws(workspace),
+        work(workspace.work),
+        particles(count),
+        end(comes_and_goes() ? filled(count) : joints.order.size),
+        held(std::span(workspace.held).first(joints.fixed.size())),
+        passes(*scene_.passes),
+        kernels(scene_.passes->template of<T>().network),
+        exchange(scene_.options.elsewhere.exchange),
+        parallel(joints.are_worth_threads(count) ? parallel_ : ParallelFor{}),
+        report(report_) {
+    work.w = joints.w;
+  }
+  JoinedCall(const JoinedCall&) = delete;
+  JoinedCall& operator=(const JoinedCall&) = delete;
+
+  [[nodiscard]] std::size_t size() const noexcept { return joints.order.size; }
+  [[nodiscard]] bool is_relative() const noexcept { return ws.origin[0] != nullptr; }
+  [[nodiscard]] Places<T> positions() noexcept { return is_relative() ? ws.origin : work.x; }
+  // Whether particles come and go; then they stand as they are numbered.
+  [[nodiscard]] bool comes_and_goes() const noexcept { return scene.particles == Particles::come_and_meet; }
+
+  void begin_step(const Clock& at) noexcept {
+    clock = step_end = at;
+    step_end.advance(joints.step, 1);
+  }
+  // The step's last flow ends where the clock will stand, to the last bit: a call of many steps must go on as many calls do.
+  [[nodiscard]] Clock end_of_flow() const noexcept {
+    const double apart = (clock.seconds - step_end.seconds) + (clock.carry - step_end.carry);
+    return std::abs(apart) < 1e-6 * std::abs(joints.substep()) ? step_end : clock;
+  }
+
+  // The elements that are stepped, a task's at once.
+  template <class Use>
+  void for_each_stepped(const Use& use) const noexcept {
+    for_each_task(parallel, tasks_of(end - first, particles_per_task), [&](std::size_t task) {
+      const std::size_t from = first + task * particles_per_task;
+      use(from, std::min(end, from + particles_per_task));
+    });
+  }
+
+  template <class Pass>
+  void over(const Units& units, const Pass& pass) noexcept {
+    const std::size_t per_task = std::max<std::size_t>(1, units.per_task);
+    for_each_task(parallel, tasks_of(units.count, per_task), [&](std::size_t task) {
+      const std::size_t from = task * per_task;
+      pass(from * units.size, std::min(units.count, from + per_task) * units.size);
+    });
+  }
+
+  // ---- a part of a larger scene: a halo's particles lack the springs that lead elsewhere ------------------------------
+
+  void tell(const std::array<T*, 3>& columns) noexcept { dvdx::tell(exchange, halo(columns)); }
+  // A pass that fills these columns. Units that other parts hold come first: they are sent while the rest is computed.
+  template <class Pass>
+  void tell(const Units& units, const std::array<T*, 3>& columns, const Pass& pass) noexcept {
+    if (exchange.start == nullptr) return over(units, pass);
+    over(joints.telling.told, pass);
+    exchange.start(exchange.context, halo(columns));
+    over(joints.telling.inside, pass);
+    exchange.finish(exchange.context, halo(columns));
+  }
+
+  const CompiledScene<T>& scene;
+  const JoinedMotion<T>& motion;
+  const Joints<T>& joints;
+  JoinedWorkspace<T>& ws;
+  WorkColumns<T> work;
+  const std::size_t particles;
+  std::size_t first = 0, end;  // the elements that are stepped
+  const std::span<Held<T>> held;
+  const Passes& passes;
+  const NetworkKernels<T>& kernels;
+  const Exchange exchange;
+  const ParallelFor parallel;
+  ContactReport::Parts* const report;  // null: nobody asks
+  std::uint64_t number = 1;            // of the step within the call
+  Clock clock, step_end;
+
+ private:
+  [[nodiscard]] HaloColumns halo(const std::array<T*, 3>& columns) const noexcept {
+    return halo_of(columns, joints.order.of.data());
+  }
+  template <class Pass>
+  void over(const std::vector<UnitRange>& ranges, const Pass& pass) noexcept {
+    const std::size_t tasks = std::min<std::size_t>(ranges.size(), 64);
+    for_each_task(parallel, tasks, [&](std::size_t task) {
+      for (std::size_t n = ranges.size() * task / tasks; n < ranges.size() * (task + 1) / tasks; ++n) {
+        pass(ranges[n].from, ranges[n].to);
+      }
+    });
+  }
+};
+
+}  // namespace dvdx

@@ -1,0 +1,124 @@
+// Fixed particles, those that motions carry, and surfaces that go with motions, through a call of joined particles.
+#pragma once
+
+#include <algorithm>
+#include <cstddef>
+#include <cstdint>
+
+#include "contact/pass/stay.hpp"
+#include "contact/surfaces/make_surface.hpp"
+#include "plan/joined_call.hpp"
+
+namespace dvdx {
+
+template <class T>
+class JoinedFollowers {
+ public:
+  explicit JoinedFollowers(JoinedCall<T>& call) noexcept
+      : call_(call), m_(call.motion), joints_(call.joints), ws_(call.ws), work_(call.work) {}
+
+  [[nodiscard]] bool is_kinematic(const Held<T>& held) const noexcept {
+    return joints_.fixed[static_cast<std::size_t>(&held - call_.held.data())].motion.has_value();
+  }
+
+  // When a call begins.
+  void arrive(const Clock& at) noexcept {
+    for (std::size_t k = 0; k < ws_.motions.size(); ++k) ws_.motions[k].arrive(m_.tracks()[k], at);
+    move(at);
+    hold_fixed(0, call_.size());
+  }
+
+  // Starts the driven motions and groups on this step's path.
+  void set_out() noexcept {
+    for (std::size_t k = 0; k < ws_.motions.size(); ++k) ws_.motions[k].begin(m_.tracks()[k], call_.clock, joints_.step);
+    for (const FixedParticle& of : joints_.fixed) {
+      if (!of.motion || !ws_.groups[of.group].has_way()) continue;
+      ws_.groups[of.group].begin(of.index, ws_.poses[*of.motion].place(of.place), joints_.step);
+    }
+    for (DrivenPlaces& group : ws_.groups) {
+      if (group.has_way()) group.begin(call_.clock, joints_.step);
+    }
+  }
+
+  // Kinematic particles go to where their motions have them at this time.
+  void move(const Clock& at) noexcept {
+    if (m_.tracks().empty()) return;
+    for (std::size_t k = 0; k < m_.tracks().size(); ++k) ws_.poses[k] = ws_.motions[k].at(m_.tracks()[k], at);
+    const Vec3& origin = m_.origin();
+    for (std::size_t n = 0; n < joints_.fixed.size(); ++n) {
+      const FixedParticle& of = joints_.fixed[n];
+      if (!of.motion) continue;
+      Held<T>& held = call_.held[n];
+      const MovedPose& pose = ws_.poses[*of.motion];
+      const DrivenPlaces& driven = ws_.groups[of.group];
+      const Vec3 x = driven.is_driven() ? driven.place(of.index, at) : pose.place(of.place);
+      const Vec3 u = driven.is_driven() ? driven.velocity(of.index) : pose.velocity_of(of.place);
+      for (std::size_t axis = 0; axis < 3; ++axis) {
+        held.x[axis] = static_cast<T>(x[axis] - origin[axis]);
+        held.v[axis] = static_cast<T>(u[axis]);
+      }
+    }
+  }
+
+  void hold_fixed(std::size_t from, std::size_t to) noexcept {
+    auto held = std::lower_bound(call_.held.begin(), call_.held.end(), from,
+                                 [](const Held<T>& h, std::size_t element) { return h.element < element; });
+    for (; held != call_.held.end() && held->element < to; ++held) {
+      for (std::size_t axis = 0; axis < 3; ++axis) {
+        work_.x[axis][held->element] = call_.is_relative() ? way_in_step(*held, axis) : held->x[axis];
+        work_.v[axis][held->element] = is_kinematic(*held) ? held->v[axis] : T(0);
+      }
+    }
+  }
+
+  // Positions are counted from where they are now.
+  void count_from_here() noexcept {
+    call_.for_each_stepped(
+        [&](std::size_t from, std::size_t end) { call_.kernels.move_origin(ws_.origin, work_.x, from, end); });
+    for (const Held<T>& held : call_.held) {
+      for (std::size_t axis = 0; axis < 3 && is_kinematic(held); ++axis) ws_.origin[axis][held.element] = held.x[axis];
+    }
+  }
+
+  // ---- surfaces ----------------------------------------------------------------------------------------------------------
+
+  // The flow's, with its surfaces where they are moved.
+  [[nodiscard]] const Terms<T>& moved_terms() const noexcept { return moved_terms_; }
+
+  // Those of the flow from `start` to `end`.
+  void move_surfaces(const FreeMotion<T>& motion, const Clock& start, const Clock& end) noexcept {
+    if (ws_.surfaces.empty()) return;
+    moved_terms_ = motion.terms;
+    if (motion.terms.surface_count == 0) return;
+    moved_terms_.surfaces = ws_.surfaces.data();
+    std::fill(ws_.movers.begin(), ws_.movers.end(), no_surface);
+    for (std::size_t j = 0; j < ws_.surfaces.size(); ++j) {
+      Surface<T>& surface = ws_.surfaces[j];
+      surface = motion.terms.surfaces[j];
+      const Contact& contact = m_.contacts()[surface.contact];
+      const auto& of = motion_of(contact);
+      if (!of) continue;
+      const MovedPose pose = ws_.motions[*of].at_end_of(m_.tracks()[*of], start, end);
+      move_surface(surface, contact, pose, m_.origin());
+      if (call_.report != nullptr) call_.report->centers[surface.contact] = {pose.place(pose.center), pose.velocity};
+      if (surface.movement == Movement::rest) continue;
+      moved_terms_.moves = true;
+      ws_.movers[*of] = static_cast<std::uint32_t>(j);
+    }
+  }
+
+ private:
+  // A fixed one may be anywhere, at infinity too.
+  [[nodiscard]] T way_in_step(const Held<T>& held, std::size_t axis) const noexcept {
+    return is_kinematic(held) ? held.x[axis] - ws_.origin[axis][held.element] : T(0);
+  }
+
+  JoinedCall<T>& call_;
+  const JoinedMotion<T>& m_;
+  const Joints<T>& joints_;
+  JoinedWorkspace<T>& ws_;
+  WorkColumns<T>& work_;
+  Terms<T> moved_terms_;  // of the flow, where surfaces move
+};
+
+}  // namespace dvdx
