@@ -54,10 +54,11 @@ class BuildWithLibrary(build_py):
         super().run()
         prefix = pathlib.Path(os.environ.get("DVDX_PREFIX") or built())
         libraries = [*prefix.glob("lib*/libdvdx*.so"), *prefix.glob("lib/*/libdvdx*.so")]
-        headers = [prefix / "include/dvdx" / name for name in ("dvdx.h", "version.h")]
+        include = prefix / "include/dvdx"
+        headers = [include / "dvdx.h", include / "version.h"]
         if not libraries:
             raise RuntimeError(f"no libdvdx.so under {prefix}")
-        for files, folder in ((headers, "include/dvdx"), (libraries, "lib")):
+        for files, folder in ((headers, "include/dvdx"), ([*include.glob("c/*.h")], "include/dvdx/c"), (libraries, "lib")):
             target = pathlib.Path(self.build_lib, "dvdx", folder)
             target.mkdir(parents=True, exist_ok=True)
             for file in files:

@@ -30,7 +30,8 @@ class Wheel(unittest.TestCase):
             with zipfile.ZipFile(built) as archive:
                 names = set(archive.namelist())
                 archive.extractall(f"{folder}/unpacked")
-            for name in ("__init__.py", "py.typed", "include/dvdx/dvdx.h", "include/dvdx/version.h", "lib/libdvdx.so"):
+            headers = ("include/dvdx/dvdx.h", "include/dvdx/c/scene.h", "include/dvdx/version.h")
+            for name in ("__init__.py", "py.typed", *headers, "lib/libdvdx.so"):
                 self.assertIn(f"dvdx/{name}", names)
             environment = {name: value for name, value in os.environ.items() if not name.startswith("DVDX_")}
             (block,) = re.findall(r"^```python\n(.*?)^```", (ROOT / "README.md").read_text(), re.DOTALL | re.MULTILINE)

@@ -24,7 +24,7 @@ import re
 import subprocess
 import tempfile
 import warnings
-from typing import Any, Dict, Iterator, List, Literal, NamedTuple, Optional, Sequence, Tuple, Type, Union
+from typing import Any, Dict, Iterator, List, Literal, NamedTuple, Optional, Sequence, Set, Tuple, Type, Union
 
 import cffi
 import numpy as np
@@ -56,7 +56,7 @@ def _load() -> Tuple[Any, Any, str, int, pathlib.Path]:
         include = prefix / "include/dvdx"
         libraries = [*prefix.glob("lib*/libdvdx.so"), *prefix.glob("lib/*/libdvdx.so")]
         if (include / "dvdx.h").exists() and libraries:
-            header = (include / "dvdx.h").read_text(encoding="utf-8")
+            header = _with_parts(include, "dvdx.h", set())
             version = (include / "version.h").read_text(encoding="utf-8")
             abi_version = re.search(r"DVDX_ABI_VERSION (\d+)", version)
             if abi_version is None:
@@ -65,6 +65,15 @@ def _load() -> Tuple[Any, Any, str, int, pathlib.Path]:
             ffi.cdef(_declarations(header))
             return ffi, ffi.dlopen(str(libraries[0])), header, int(abi_version[1]), libraries[0].parent
     raise ImportError(f"no include/dvdx/dvdx.h and libdvdx.so under {', '.join(map(str, prefixes))}: set DVDX_PREFIX")
+
+
+def _with_parts(include: pathlib.Path, name: str, seen: Set[str]) -> str:
+    """A header with the parts that it includes, each once."""
+    if name in seen:
+        return ""
+    seen.add(name)
+    text = (include / name).read_text(encoding="utf-8")
+    return re.sub(r'^#include "dvdx/(c/\w+\.h)"', lambda part: _with_parts(include, part[1], seen), text, flags=re.MULTILINE)
 
 
 def _declarations(header: str) -> str:
