@@ -12,6 +12,7 @@
 
 #include "dvdx/plan.hpp"
 #include "free/free_motion.hpp"
+#include "isa/passes.hpp"
 #include "support/batch.hpp"
 #include "support/scenes.hpp"
 #include "support/threads.hpp"
@@ -148,7 +149,8 @@ std::pair<Flow, Extras> path_of(const NamedScene& scene, std::size_t count) {
     for (std::size_t axis = 0; axis < 3; ++axis) start[i][axis] = static_cast<double>(batch.view().x[axis][i]);
   }
   const ShapeMemories<T> shapes(scene.scene.contacts.size());
-  const FreeMotion<T> motion(scene.scene, {.step = scene.step}, *find_passes(Isa::reference), count, start, shapes);
+  const FreeMotion<T> motion(scene.scene, {.step = scene.step}, find_passes(Isa::reference)->template of<T>().free, count,
+                             start, shapes);
   return {motion.flow, motion.extra};
 }
 

@@ -119,7 +119,7 @@ TEST_CASE_TEMPLATE("every ISA has a table of its own, of its own width and its o
       CHECK(kernels->free.lanes == lanes_of<T>(isa));
       const std::size_t kinds = 6;  // drift, fused, shear; with coefficients each
       expected += isa == Isa::reference ? extras : 2 * flows + 2 * kinds;
-      for (const auto& flow : kernels->step) {
+      for (const auto& flow : kernels->free.step) {
         for (const StepBlock<T> step : flow) {
           CHECK((step != nullptr));
           functions.insert(step);
