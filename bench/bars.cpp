@@ -226,7 +226,7 @@ double longest_unflushed_step(Isa isa) {
   constexpr std::size_t stretch = 25, until = 1000, tries = 5;
   const Scene scene = overdamped();
   const ShapeMemories<float> shapes(scene.contacts.size());
-  const FreeMotion<float> motion(scene, Options{}, *find_passes(isa), std::nullopt, {}, shapes);
+  const FreeMotion<float> motion(scene, Options{}, find_passes(isa)->f32.free, std::nullopt, {}, shapes);
   const Offsets<float> offsets{};
   std::array<double, until / stretch> shortest{};
   for (std::size_t attempt = 0; attempt < tries; ++attempt) {
