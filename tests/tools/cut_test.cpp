@@ -1,5 +1,5 @@
 // How particles are shared out among ranks, by counting: formulas against lists, and what METIS gains.
-#include "scale/cut.hpp"
+#include "ranks/cut.hpp"
 
 #include <doctest/doctest.h>
 

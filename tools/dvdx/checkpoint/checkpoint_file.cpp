@@ -7,8 +7,8 @@
 #include <nlohmann/json.hpp>
 #include <utility>
 
-#include "checkpoint/files.hpp"
 #include "checkpoint/written_together.hpp"
+#include "files/descriptor.hpp"
 #include "ranks/agree.hpp"
 #include "scene_io/fault.hpp"
 

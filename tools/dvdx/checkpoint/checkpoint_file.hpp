@@ -8,8 +8,8 @@
 #include <string>
 #include <string_view>
 
-#include "checkpoint/byte_stream.hpp"
 #include "checkpoint/kept_states.hpp"
+#include "files/byte_stream.hpp"
 
 namespace dvdx::tool {
 

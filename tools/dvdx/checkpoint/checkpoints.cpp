@@ -8,7 +8,7 @@
 #include <memory>
 #include <utility>
 
-#include "output/part_file.hpp"
+#include "files/part_file.hpp"
 #include "ranks/agree.hpp"
 #include "scene_io/fault.hpp"
 #include "scene_io/scene_reader.hpp"

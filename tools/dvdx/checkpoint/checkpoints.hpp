@@ -11,7 +11,7 @@
 #include <vector>
 
 #include "checkpoint/checkpoint_file.hpp"
-#include "output/temporary.hpp"
+#include "files/temporary.hpp"
 
 namespace dvdx::tool {
 

@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "checkpoint/files.hpp"
+#include "files/descriptor.hpp"
 #include "ranks/agree.hpp"
 
 namespace dvdx::tool {

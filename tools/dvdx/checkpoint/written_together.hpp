@@ -4,8 +4,8 @@
 #include <cstdint>
 #include <filesystem>
 
-#include "checkpoint/byte_stream.hpp"
 #include "dvdx/ranks.hpp"
+#include "files/byte_stream.hpp"
 
 namespace dvdx::tool {
 

@@ -177,7 +177,7 @@ Contact read_sphere(const Node& node, const MotionNames& motions) {
   Sphere sphere;
   sphere.center = fields.required("center").vector();
   sphere.radius = fields.required("radius").number(positive);
-  sphere.side = fields.choice("side", sides, Side::outside);
+  sphere.side = fields.choice("side", body_sides, Side::outside);
   return with_surface(sphere, fields, motions);
 }
 
@@ -210,7 +210,7 @@ Contact read_box(const Node& node, const MotionNames& motions) {
   box.center = fields.required("center").vector();
   box.half_extents = fields.required("half_extents").vector(positive);
   box.rotation = fields.vector("rotation", {});
-  box.side = fields.choice("side", sides, Side::outside);
+  box.side = fields.choice("side", body_sides, Side::outside);
   return with_surface(box, fields, motions);
 }
 
