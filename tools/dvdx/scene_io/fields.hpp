@@ -61,6 +61,7 @@ class Node {
   [[nodiscard]] std::uint64_t whole(std::uint64_t min, std::uint64_t max) const;
   [[nodiscard]] std::string text() const;
   [[nodiscard]] std::array<double, 3> vector(const Range& range = any_number) const;
+  [[nodiscard]] std::array<double, 3> direction() const;                            // a vector that is not zero
   [[nodiscard]] std::size_t choice(std::span<const std::string_view> names) const;  // the index of the name
 
   template <class E, std::size_t N>

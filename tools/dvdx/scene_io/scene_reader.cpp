@@ -9,10 +9,13 @@
 #include <fstream>
 
 #include "scene_io/air_reader.hpp"
+#include "scene_io/constraint_reader.hpp"
+#include "scene_io/coupling_reader.hpp"
 #include "scene_io/fault.hpp"
 #include "scene_io/file_text.hpp"
 #include "scene_io/json_text.hpp"
 #include "scene_io/meet_reader.hpp"
+#include "scene_io/mesh_reader.hpp"
 #include "scene_io/motion_reader.hpp"
 #include "scene_io/names.hpp"
 #include "scene_io/network_reader.hpp"
