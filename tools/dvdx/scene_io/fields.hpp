@@ -51,6 +51,8 @@ class Node {
   [[nodiscard]] Node at(const std::string& key) const;
   [[nodiscard]] Node at(std::size_t index) const;
   [[nodiscard]] std::vector<Node> elements(std::string_view valid) const;
+  // The key `type` of an object, on which its other keys hang. what: the thing that it describes, as "force".
+  [[nodiscard]] Node type_for(std::string_view what) const;
 
   // "<file>: <path> is <value>: must be <valid>"
   [[noreturn]] void refuse(std::string_view valid) const;
