@@ -71,7 +71,7 @@ class Checkpoints {
   [[nodiscard]] bool takes(std::uint64_t done);
   void write(std::uint64_t done, const SaveRun& save);
   void write_by_all(const CheckpointHeader& header, const SaveRun& save);
-  void write_alone(const CheckpointHeader& header, const SaveRun& save);
+  void write_aside(std::string text);
   void wait();
   void spare_what_is_counted_on() const noexcept;
   void keep_what_is_counted_on();

@@ -27,6 +27,7 @@
 #include "state/live_memory.hpp"
 #include "state/refusal.hpp"
 #include "state/start.hpp"
+#include "watch/warnings.hpp"
 
 namespace dvdx::tool {
 namespace {

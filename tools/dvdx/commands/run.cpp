@@ -29,6 +29,7 @@
 #include "state/refusal.hpp"
 #include "watch/contact_watch.hpp"
 #include "watch/outcome.hpp"
+#include "watch/warnings.hpp"
 
 namespace dvdx::tool {
 namespace {

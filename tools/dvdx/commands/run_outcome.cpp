@@ -10,6 +10,7 @@
 #include "dvdx/layouts/state_hash.hpp"
 #include "output/console.hpp"
 #include "scene_io/names.hpp"
+#include "watch/warnings.hpp"
 
 namespace dvdx::tool {
 namespace {

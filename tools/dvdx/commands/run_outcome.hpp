@@ -8,7 +8,6 @@
 #include "state/engine.hpp"
 #include "state/loaded_scene.hpp"
 #include "watch/outcome.hpp"
-#include "watch/warnings.hpp"
 
 namespace dvdx::tool {
 

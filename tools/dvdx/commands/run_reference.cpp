@@ -8,7 +8,6 @@
 
 #include "closed_form/closed_form.hpp"
 #include "report/simulation.hpp"
-#include "scene_io/fault.hpp"
 #include "scene_io/plan_fault.hpp"
 #include "state/origin.hpp"
 #include "state/threads.hpp"

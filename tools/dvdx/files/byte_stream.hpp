@@ -31,8 +31,8 @@ class Sink {
   Sink& operator=(const Sink&) = delete;
   virtual ~Sink() = default;
   virtual void write(std::string_view bytes) = 0;
-  // The bytes written in between are this rank's part, behind those of the ranks before it.
-  virtual void begin_part() {}
+  // The bytes written in between, so many, are this rank's part, behind those of the ranks before it.
+  virtual void begin_part(std::uint64_t /*bytes*/) {}
   virtual void end_part() {}
 
   template <Number V>
@@ -47,7 +47,7 @@ class Sink {
   // Without their count: a part.
   template <Number V>
   void put_part(std::span<const V> values) {
-    begin_part();
+    begin_part(values.size() * sizeof(V));
     write({reinterpret_cast<const char*>(values.data()), values.size() * sizeof(V)});
     end_part();
   }
@@ -55,7 +55,7 @@ class Sink {
   template <class T>
   void put(const Column<T>& column, std::size_t count) {
     std::array<T, 4096> some;
-    begin_part();
+    begin_part(count * sizeof(T));
     for (std::size_t first = 0; first < count; first += some.size()) {
       const std::size_t n = std::min(some.size(), count - first);
       gather(column, first, n, some.data());

@@ -25,14 +25,6 @@ Descriptor::Descriptor(const std::filesystem::path& file, int flags) {
 
 Descriptor::~Descriptor() { close(number_); }
 
-void write_all(int descriptor, const std::filesystem::path& file, std::string_view bytes) {
-  while (!bytes.empty()) {
-    const auto written = ::write(descriptor, bytes.data(), bytes.size());
-    if (written < 0 && errno != EINTR) refuse_to_write(file, errno);
-    if (written > 0) bytes.remove_prefix(static_cast<std::size_t>(written));
-  }
-}
-
 void write_all_at(int descriptor, const std::filesystem::path& file, std::uint64_t place, std::string_view bytes) {
   while (!bytes.empty()) {
     const auto written = ::pwrite(descriptor, bytes.data(), bytes.size(), static_cast<off_t>(place));

@@ -28,8 +28,6 @@ class Descriptor {
 };
 
 // All of them, however many calls it takes.
-void write_all(int descriptor, const std::filesystem::path& file, std::string_view bytes);
-// The same at a place of the file.
 void write_all_at(int descriptor, const std::filesystem::path& file, std::uint64_t place, std::string_view bytes);
 // Returns once all that was written to the file is on the disk.
 void sync_file(int descriptor, const std::filesystem::path& file);

@@ -4,7 +4,6 @@
 #include <unistd.h>
 
 #include <cerrno>
-#include <charconv>
 #include <csignal>
 #include <cstdint>
 #include <fstream>
@@ -55,28 +54,16 @@ std::string owner_text(const PartOwner& owner) {
   return fmt::format("{:016x}-{}-{}", owner.numbering, owner.process, owner.start);
 }
 
-template <class Number>
-bool take_number(std::string_view& text, Number& number, int base) {
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), number, base);
-  text.remove_prefix(static_cast<std::size_t>(end - text.data()));
-  return error == std::errc();
-}
-
 // None of a name that is no part's, or does not tell whose it is.
 std::optional<PartOwner> owner_of(const std::string& name) {
   const auto at = name.rfind(part_mark);
   if (!name.starts_with('.') || at == std::string::npos) return std::nullopt;
-  std::string_view text = std::string_view(name).substr(at + part_mark.size());
-  const std::string_view whole = text;
+  const std::string text = name.substr(at + part_mark.size());
+  std::istringstream fields(text);
   PartOwner owner;
-  const auto dash = [&] {
-    const bool is_there = text.starts_with('-');
-    if (is_there) text.remove_prefix(1);
-    return is_there;
-  };
-  const bool is_told = take_number(text, owner.numbering, 16) && dash() && take_number(text, owner.process, 10) && dash() &&
-                       take_number(text, owner.start, 10) && owner_text(owner) == whole;
-  return is_told && owner.process > 0 ? std::optional(owner) : std::nullopt;
+  char dash = 0;
+  fields >> std::hex >> owner.numbering >> dash >> std::dec >> owner.process >> dash >> owner.start;
+  return owner.process > 0 && owner_text(owner) == text ? std::optional(owner) : std::nullopt;
 }
 
 // A process that cannot be looked at may live.

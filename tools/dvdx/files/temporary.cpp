@@ -3,11 +3,12 @@
 #include <pthread.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <array>
 #include <atomic>
 #include <cerrno>
-#include <string>
 #include <utility>
+#include <vector>
 
 namespace dvdx::tool {
 
@@ -15,20 +16,20 @@ struct Temporary::Entry {
   std::filesystem::path path;
   Kind kind;
   std::atomic<bool> is_spared{false};
-  std::atomic<Entry*> next{nullptr};
-  Entry* previous = nullptr;
 };
 
 namespace {
 
 using Entry = Temporary::Entry;
 
-// A handler's view of the program, as it gets no argument. The owning thread alone changes the list, and alone walks it in
-// a handler, so a walk sees the list as it is between two stores. Entries that are newer come first: files before their
-// directory.
-std::atomic<Entry*> newest{nullptr};
+// A handler's view of the program, as it gets no argument. The owning thread alone changes the list while signals wait, and alone
+// walks it in a handler. Files stand behind their directory. Never destroyed, as a signal may come while the program ends.
+std::vector<const Entry*>& entries() {
+  static auto* const all = new std::vector<const Entry*>;
+  return *all;
+}
 pthread_t owning_thread;
-static_assert(std::atomic<Entry*>::is_always_lock_free && std::atomic<bool>::is_always_lock_free);
+static_assert(std::atomic<bool>::is_always_lock_free);
 
 constexpr std::array ending{SIGHUP, SIGINT, SIGQUIT, SIGPIPE, SIGTERM, SIGXCPU};
 
@@ -56,30 +57,23 @@ extern "C" void remove_all_and_end(int signal) {
     errno = error;
     return;
   }
-  for (const Entry* entry = newest.load(); entry != nullptr; entry = entry->next.load()) remove(*entry);
+  std::for_each(entries().rbegin(), entries().rend(), [](const Entry* entry) { remove(*entry); });
   struct sigaction by_default {};
   by_default.sa_handler = SIG_DFL;
   sigaction(signal, &by_default, nullptr);
   raise(signal);  // blocked until the handler returns
 }
 
-void link(Entry& entry) noexcept {
-  Entry* const next = newest.load();
-  entry.next.store(next);
-  if (next != nullptr) next->previous = &entry;
-  newest.store(&entry);
-}
-
-void unlink_entry(Entry& entry) noexcept {
-  Entry* const next = entry.next.load();
-  if (next != nullptr) next->previous = entry.previous;
-  (entry.previous != nullptr ? entry.previous->next : newest).store(next);
+void forget(const Entry& entry) {
+  const SignalsHeld held;
+  std::erase(entries(), &entry);
 }
 
 }  // namespace
 
 void remove_temporaries_on_signals() {
   owning_thread = pthread_self();
+  (void)entries();  // made before a handler asks for it
   struct sigaction action {};
   action.sa_handler = remove_all_and_end;
   action.sa_mask = ending_set();
@@ -92,7 +86,8 @@ void remove_temporaries_on_signals() {
 }
 
 Temporary::Temporary(std::filesystem::path path, Kind kind) : entry_(new Entry{.path = std::move(path), .kind = kind}) {
-  link(*entry_);
+  const SignalsHeld held;
+  entries().push_back(entry_.get());
 }
 
 Temporary::Temporary(Temporary&&) noexcept = default;
@@ -100,13 +95,13 @@ Temporary::Temporary(Temporary&&) noexcept = default;
 Temporary::~Temporary() {
   if (!entry_) return;
   remove(*entry_);
-  unlink_entry(*entry_);
+  forget(*entry_);
 }
 
 const std::filesystem::path& Temporary::path() const noexcept { return entry_->path; }
 
 void Temporary::keep() noexcept {
-  if (entry_) unlink_entry(*entry_);
+  if (entry_) forget(*entry_);
   entry_.reset();
 }
 
@@ -120,15 +115,5 @@ SignalsHeld::SignalsHeld() {
 }
 
 SignalsHeld::~SignalsHeld() { pthread_sigmask(SIG_SETMASK, &before_, nullptr); }
-
-bool SignalsHeld::is_one_waiting() noexcept {
-  sigset_t waiting;
-  sigemptyset(&waiting);
-  if (sigpending(&waiting) != 0) return false;
-  for (const int signal : ending) {
-    if (sigismember(&waiting, signal) == 1) return true;
-  }
-  return false;
-}
 
 }  // namespace dvdx::tool

@@ -43,8 +43,6 @@ class SignalsHeld {
   SignalsHeld& operator=(const SignalsHeld&) = delete;
   ~SignalsHeld();
 
-  [[nodiscard]] static bool is_one_waiting() noexcept;
-
  private:
   sigset_t before_{};
 };

@@ -284,12 +284,6 @@ Cut cut_of_pairs(std::span<const Pair> springs, std::span<const std::uint32_t> o
   return cut;
 }
 
-std::vector<std::uint32_t> owners_by_number(std::size_t particles, std::uint64_t ranks) {
-  std::vector<std::uint32_t> owner(particles);
-  for (std::size_t i = 0; i < particles; ++i) owner[i] = static_cast<std::uint32_t>(i * ranks / particles);
-  return owner;
-}
-
 std::optional<std::vector<std::uint32_t>> owners_by_metis([[maybe_unused]] std::span<const Pair> springs,
                                                           [[maybe_unused]] std::size_t particles,
                                                           [[maybe_unused]] std::uint64_t ranks) {

@@ -59,9 +59,7 @@ struct Cut {
 // For pairs of particles, by the rank that owns each particle.
 [[nodiscard]] Cut cut_of_pairs(std::span<const Pair> springs, std::span<const std::uint32_t> owner, std::uint64_t ranks);
 
-// The owner of each particle, side by side by number, as many for each rank as can be.
-[[nodiscard]] std::vector<std::uint32_t> owners_by_number(std::size_t particles, std::uint64_t ranks);
-// By METIS; none where dvdx was built without it, or there are more ranks than particles.
+// The owner of each particle, by METIS; none where dvdx was built without it, or there are more ranks than particles.
 [[nodiscard]] std::optional<std::vector<std::uint32_t>> owners_by_metis(std::span<const Pair> springs, std::size_t particles,
                                                                         std::uint64_t ranks);
 

@@ -391,9 +391,7 @@ void CarriedInRanges::save(Sink& sink) const {
   if (!remembers) return sink.put(std::span<const double>(alike));
   sink.put<std::uint64_t>(before.size() + 3 * all + alike.size());
   for (const double number : before) sink.put(number);
-  sink.begin_part();
-  for (const double number : range) sink.put(number);
-  sink.end_part();
+  sink.put_part(std::span<const double>(range));
   for (const double number : alike) sink.put(number);
 }
 

@@ -10,7 +10,6 @@
 
 #include "dvdx/bending.hpp"
 #include "scene_io/air_reader.hpp"
-#include "scene_io/fault.hpp"
 #include "scene_io/file_text.hpp"
 #include "scene_io/json_text.hpp"
 #include "scene_io/names.hpp"

@@ -8,7 +8,6 @@
 #include <string_view>
 #include <vector>
 
-#include "scene_io/mesh_file.hpp"
 #include "scene_io/mesh_welding.hpp"
 #include "scene_io/particle_values.hpp"
 

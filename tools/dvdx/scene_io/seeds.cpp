@@ -2,8 +2,6 @@
 
 #include <nlohmann/json.hpp>
 
-#include "scene_io/counter_random.hpp"
-
 namespace dvdx::tool {
 namespace {
 

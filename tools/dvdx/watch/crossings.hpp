@@ -25,8 +25,6 @@ class Crossings {
   // sewn: particles that count as one corner.
   explicit Crossings(std::vector<Triangle> triangles, std::span<const Pair> sewn = {});
 
-  [[nodiscard]] bool has_cloth() const noexcept { return !triangles_.empty(); }
-
   // Pairs of an edge and a triangle without a common corner, where the edge's ends are on different sides of the triangle and
   // the line between them passes inside it or through its border. In double: what is nearer to a corner, an edge or the plane
   // than some 1e-15 of the coordinates may fall on either side. Triangles and edges that are not finite are left out.
