@@ -1,5 +1,7 @@
 #include "scene_io/contact_reader.hpp"
 
+#include <fmt/format.h>
+
 #include <cmath>
 #include <string_view>
 #include <utility>

@@ -12,8 +12,6 @@ namespace {
 
 using nlohmann::json;
 
-constexpr std::uint64_t most_particles = std::uint64_t{1} << 53U;
-
 // The bytes that a particle takes to meet others: of each that its list has room for a pair, and working columns of its own.
 std::uint64_t bytes_to_meet(const json& meet, std::size_t scalar_bytes) {
   const bool has_most = meet.is_object() && meet.contains("most_neighbours") && meet["most_neighbours"].is_number_unsigned();

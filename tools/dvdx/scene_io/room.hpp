@@ -2,12 +2,15 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <nlohmann/json.hpp>
 
 #include "scene_io/particle_values.hpp"
 #include "scene_io/scene_reader.hpp"
 
 namespace dvdx::tool {
+
+inline constexpr std::uint64_t most_particles = std::uint64_t{1} << 53U;
 
 // For particles that come and go, and for those that networks make.
 [[nodiscard]] Room room_for_live(const nlohmann::json& scene, const ReadOptions& options);

@@ -2,6 +2,8 @@
 
 #include <nlohmann/json.hpp>
 
+#include "scene_io/counter_random.hpp"
+
 namespace dvdx::tool {
 namespace {
 
