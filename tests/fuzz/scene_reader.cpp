@@ -5,8 +5,8 @@
 #include "dvdx/plan.hpp"
 #include "fuzz/files.hpp"
 #include "fuzz/targets.hpp"
-#include "run/start.hpp"
 #include "scene_io/fault.hpp"
+#include "state/start.hpp"
 
 namespace dvdx::fuzz {
 namespace {

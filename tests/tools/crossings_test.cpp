@@ -1,5 +1,5 @@
 // How often cloth goes through cloth, against every edge and every triangle by a determinant of its own.
-#include "run/crossings.hpp"
+#include "watch/crossings.hpp"
 
 #include <doctest/doctest.h>
 

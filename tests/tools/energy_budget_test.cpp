@@ -1,5 +1,5 @@
 // The energy that forces can have given a scene's particles, against motions that are known, and what a run says of it.
-#include "run/energy_budget.hpp"
+#include "watch/energy_budget.hpp"
 
 #include <doctest/doctest.h>
 
@@ -9,11 +9,11 @@
 
 #include "dvdx/layouts/soa.hpp"
 #include "dvdx/plan.hpp"
-#include "run/energy.hpp"
-#include "run/start.hpp"
+#include "state/start.hpp"
 #include "support/close.hpp"
 #include "tools/run_command.hpp"
 #include "tools/scratch_folder.hpp"
+#include "watch/energy.hpp"
 
 namespace energy_budget_test {
 

@@ -14,7 +14,7 @@
 #include "dvdx/layouts/soa.hpp"
 #include "dvdx/plan.hpp"
 #include "heat/heat_show.hpp"
-#include "run/start.hpp"
+#include "state/start.hpp"
 #include "support/close.hpp"
 
 namespace heat_test {

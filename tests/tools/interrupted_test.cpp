@@ -14,7 +14,7 @@
 #include <thread>
 #include <vector>
 
-#include "output/part_name.hpp"
+#include "files/part_name.hpp"
 #include "support/paths.hpp"
 #include "tools/run_command.hpp"
 #include "tools/scratch_folder.hpp"

@@ -8,9 +8,9 @@
 #include "dvdx/layouts/aosoa.hpp"
 #include "dvdx/layouts/soa.hpp"
 #include "dvdx/layouts/state_hash.hpp"
-#include "run/energy.hpp"
 #include "scene_io/steps.hpp"
 #include "support/close.hpp"
+#include "watch/energy.hpp"
 
 namespace measures_test {
 

@@ -1,14 +1,14 @@
 // Where float32 states are measured from.
-#include "run/origin.hpp"
+#include "state/origin.hpp"
 
 #include <doctest/doctest.h>
 
 #include <algorithm>
 #include <cmath>
 
-#include "run/start.hpp"
-#include "run/state_memory.hpp"
 #include "scene_io/scene_reader.hpp"
+#include "state/start.hpp"
+#include "state/state_memory.hpp"
 
 namespace origin_command_test {
 

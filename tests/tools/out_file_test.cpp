@@ -1,4 +1,4 @@
-#include "output/out_file.hpp"
+#include "files/out_file.hpp"
 
 #include <doctest/doctest.h>
 

@@ -16,10 +16,10 @@
 
 #include "dvdx/layouts/soa.hpp"
 #include "dvdx/plan.hpp"
-#include "ranks/refusal.hpp"
-#include "run/start.hpp"
 #include "scene_io/fault.hpp"
 #include "scene_io/scene_reader.hpp"
+#include "state/refusal.hpp"
+#include "state/start.hpp"
 #include "support/paths.hpp"
 #include "tools/run_command.hpp"
 #include "tools/scratch_folder.hpp"

@@ -7,10 +7,10 @@
 #include <span>
 
 #include "dvdx/layouts/soa.hpp"
-#include "run/start.hpp"
 #include "scene_io/fault.hpp"
 #include "scene_io/file_text.hpp"
 #include "scene_io/points_file.hpp"
+#include "state/start.hpp"
 #include "support/paths.hpp"
 #include "tools/schema.hpp"
 #include "tools/scratch_folder.hpp"

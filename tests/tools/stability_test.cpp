@@ -12,7 +12,7 @@
 #include "hard_cases/cases.hpp"
 #include "hard_cases/show.hpp"
 #include "hard_cases/suite.hpp"
-#include "run/engine.hpp"
+#include "state/engine.hpp"
 #include "support/isas.hpp"
 
 namespace stability_test {

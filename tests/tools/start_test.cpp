@@ -1,5 +1,5 @@
 // How a scene's particles stand at time 0, and whether their numbers are finite.
-#include "run/start.hpp"
+#include "state/start.hpp"
 
 #include <doctest/doctest.h>
 
@@ -8,10 +8,10 @@
 #include <cstdint>
 #include <limits>
 
-#include "run/health.hpp"
-#include "run/state_memory.hpp"
 #include "scene_io/fault.hpp"
 #include "scene_io/scene_reader.hpp"
+#include "state/health.hpp"
+#include "state/state_memory.hpp"
 
 namespace start_test {
 

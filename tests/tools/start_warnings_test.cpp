@@ -5,9 +5,9 @@
 #include <nlohmann/json.hpp>
 #include <string>
 
-#include "run/dear_watch.hpp"
 #include "tools/run_command.hpp"
 #include "tools/scratch_folder.hpp"
+#include "watch/dear_watch.hpp"
 
 namespace start_warnings_test {
 

@@ -6,7 +6,7 @@
 #include <array>
 #include <string>
 
-#include "output/out_file.hpp"
+#include "files/out_file.hpp"
 #include "tools/scratch_folder.hpp"
 
 namespace stored_zip_test {

@@ -7,9 +7,9 @@
 #include <nlohmann/json.hpp>
 #include <string>
 
-#include "run/live_memory.hpp"
 #include "scene_io/fault.hpp"
 #include "scene_io/scene_reader.hpp"
+#include "state/live_memory.hpp"
 #include "support/paths.hpp"
 #include "tools/schema.hpp"
 

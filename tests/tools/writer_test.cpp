@@ -13,7 +13,7 @@
 #include <vector>
 
 #include "dvdx/layouts/soa.hpp"
-#include "output/part_file.hpp"
+#include "files/part_file.hpp"
 #include "output/pieces.hpp"
 #include "output/vtp_document.hpp"
 #include "scene_io/fault.hpp"

@@ -13,8 +13,9 @@
 #include "commands/commands.hpp"
 #include "commands/typed.hpp"
 #include "dvdx/build_info.hpp"
+#include "files/temporary.hpp"
 #include "output/console.hpp"
-#include "output/temporary.hpp"
+#include "ranks/agree.hpp"
 #include "ranks/join.hpp"
 
 namespace {
@@ -74,6 +75,18 @@ void refuse_unknown_command(CLI::App& app, int argc, char** argv) {
   if (std::none_of(commands.begin(), commands.end(), is_it)) throw dvdx::tool::Fault(Exit::usage, unknown(app, word));
 }
 
+// Each of several processes would do all of the command's work. The first one alone has something to say.
+void refuse_ranks(const std::string& command) {
+  const int size = dvdx::tool::ranks_started();
+  if (size == 1) return;
+  const auto ranks = dvdx::tool::join_ranks().ranks;
+  if (ranks->rank() == 0) {
+    dvdx::tool::print_message(fmt::format("dvdx {}: started as {} ranks: must be started as one", command, size));
+  }
+  dvdx::tool::wait_for_all(*ranks);
+  throw dvdx::tool::Fault(Exit::usage, std::string());
+}
+
 int run(int argc, char** argv) {
   auto exit = Exit::done;
   CLI::App app("Runs particle scenes, and says how fast and how right they are.", "dvdx");
@@ -94,7 +107,7 @@ int run(int argc, char** argv) {
   dvdx::tool::refuse_empty_texts(app);
   const auto is_of_one = [](CLI::App* each) { return each->get_name() != "run" && each->get_name() != "info"; };
   for (auto* const command : app.get_subcommands(is_of_one)) {
-    command->parse_complete_callback([name = command->get_name()] { dvdx::tool::refuse_ranks(name); });
+    command->parse_complete_callback([name = command->get_name()] { refuse_ranks(name); });
   }
   if (argc < 2) {
     dvdx::tool::print_progress(overview(app));

@@ -3,12 +3,13 @@
 #include <fcntl.h>
 #include <fmt/format.h>
 
-#include <charconv>
+#include <cstring>
 #include <nlohmann/json.hpp>
+#include <span>
 #include <utility>
 
-#include "checkpoint/files.hpp"
 #include "checkpoint/written_together.hpp"
+#include "files/descriptor.hpp"
 #include "ranks/agree.hpp"
 #include "scene_io/fault.hpp"
 
@@ -34,41 +35,6 @@ class ToText final : public Sink {
  public:
   void write(std::string_view some) override { text += some; }
   std::string text;
-};
-
-// With the CRC of all that went through.
-class Checked final : public Sink {
- public:
-  explicit Checked(Sink& to) : to_(to) {}
-  void write(std::string_view some) override {
-    crc = crc_of(some, crc);
-    bytes += some.size();
-    to_.write(some);
-  }
-  std::uint64_t bytes = 0;
-  std::uint32_t crc = 0;
-
- private:
-  Sink& to_;
-};
-
-class ToFile final : public Sink {
- public:
-  ToFile(int descriptor, const fs::path& file) : descriptor_(descriptor), file_(file) {}
-  void write(std::string_view some) override {
-    text_ += some;
-    if (text_.size() >= most) flush();
-  }
-  void flush() {
-    write_all(descriptor_, file_, text_);
-    text_.clear();
-  }
-
- private:
-  static constexpr std::size_t most = std::size_t{1} << 20U;
-  int descriptor_;
-  const fs::path& file_;
-  std::string text_;
 };
 
 Json json_of(const KeptMark& mark) { return {{"file", mark.file}, {"bytes", mark.bytes}, {"crc", mark.crc}}; }
@@ -117,14 +83,6 @@ void write_head(Sink& sink, const std::string& text) {
   sink.write(start.text);
   sink.put(crc);
   sink.write(text);
-}
-
-void write_text(Sink& sink, const CheckpointHeader& header, const SaveRun& save) {
-  write_head(sink, head_text(header));
-  Checked data(sink);
-  save(data);
-  sink.put(data.bytes);
-  sink.put(data.crc);
 }
 
 [[noreturn]] void refuse(const fs::path& file, const std::string& what) {
@@ -177,23 +135,6 @@ void check_same(const fs::path& file, std::string_view what, const std::string& 
                                            what, theirs, ours));
 }
 
-}  // namespace
-
-std::uint64_t bytes_of(const SaveRun& save) {
-  Counting counting;
-  save(counting);
-  return counting.bytes;
-}
-
-std::string checkpoint_text(const CheckpointHeader& header, const SaveRun& save) {
-  ToText whole;
-  whole.text.reserve(bytes_of(save) + most_header);
-  write_text(whole, header, save);
-  return std::move(whole.text);
-}
-
-namespace {
-
 void put_in_place(const fs::path& part, const fs::path& file) {
   std::error_code error;
   fs::rename(part, file, error);
@@ -201,33 +142,32 @@ void put_in_place(const fs::path& part, const fs::path& file) {
   sync_folder_of(file);
 }
 
-template <class Write>
-void write_whole(const fs::path& file, const fs::path& part, const Write& write, const std::function<void()>& before_renamed) {
+}  // namespace
+
+std::optional<std::string> checkpoint_text(const CheckpointHeader& header, const SaveRun& save, std::uint64_t most) {
+  Counting counting;
+  save(counting);
+  if (counting.bytes > most) return std::nullopt;
+  ToText whole;
+  whole.text.reserve(counting.bytes + most_header);
+  write_head(whole, head_text(header));
+  const std::size_t head = whole.text.size();
+  save(whole);
+  const std::uint32_t crc = crc_of(std::string_view(whole.text).substr(head));
+  whole.put<std::uint64_t>(whole.text.size() - head);
+  whole.put(crc);
+  return std::move(whole.text);
+}
+
+void write_checkpoint(const fs::path& file, const fs::path& part, std::string_view text,
+                      const std::function<void()>& before_renamed) {
   {
     const Descriptor descriptor(part, O_TRUNC);
-    write(descriptor.number());
+    write_all_at(descriptor.number(), file, 0, text);
     sync_file(descriptor.number(), file);
   }
   before_renamed();
   put_in_place(part, file);
-}
-
-}  // namespace
-
-void write_checkpoint(const fs::path& file, const fs::path& part, std::string_view text,
-                      const std::function<void()>& before_renamed) {
-  write_whole(
-      file, part, [&](int descriptor) { write_all(descriptor, file, text); }, before_renamed);
-}
-
-void write_checkpoint(const fs::path& file, const fs::path& part, const CheckpointHeader& header, const SaveRun& save,
-                      const std::function<void()>& before_renamed) {
-  const auto write = [&](int descriptor) {
-    ToFile sink(descriptor, file);
-    write_text(sink, header, save);
-    sink.flush();
-  };
-  write_whole(file, part, write, before_renamed);
 }
 
 void write_checkpoint(Ranks& ranks, const fs::path& file, const fs::path& part, const CheckpointHeader& header,

@@ -8,8 +8,8 @@
 #include <string>
 #include <string_view>
 
-#include "checkpoint/byte_stream.hpp"
 #include "checkpoint/kept_states.hpp"
+#include "files/byte_stream.hpp"
 
 namespace dvdx::tool {
 
@@ -29,19 +29,16 @@ struct CheckpointHeader {
   std::optional<KeptMark> events{};        // likewise
 };
 
-// The bytes that `save` makes.
-[[nodiscard]] std::uint64_t bytes_of(const SaveRun& save);
-// A whole file.
-[[nodiscard]] std::string checkpoint_text(const CheckpointHeader& header, const SaveRun& save);
+// A whole file; none where `save` makes more than `most` bytes.
+[[nodiscard]] std::optional<std::string> checkpoint_text(const CheckpointHeader& header, const SaveRun& save,
+                                                         std::uint64_t most);
 
 // Beside its place as `part` and on the disk, then renamed: the file before it is there until this one is. before_renamed is
 // called once it counts, on the first rank. Throws Fault (input_output).
 void write_checkpoint(const std::filesystem::path& file, const std::filesystem::path& part, std::string_view text,
                       const std::function<void()>& before_renamed);
-// The same without the whole text in memory.
-void write_checkpoint(const std::filesystem::path& file, const std::filesystem::path& part, const CheckpointHeader& header,
-                      const SaveRun& save, const std::function<void()>& before_renamed);
-// The same by several ranks, each of which writes its parts of the data. header: the first rank's. To be called by all.
+// The same without the whole text in memory, by one rank or several, each of which writes its parts of the data. header: the
+// first rank's. To be called by all.
 void write_checkpoint(Ranks& ranks, const std::filesystem::path& file, const std::filesystem::path& part,
                       const CheckpointHeader& header, const SaveRun& save, const std::function<void()>& before_renamed);
 

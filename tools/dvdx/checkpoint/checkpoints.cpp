@@ -1,14 +1,11 @@
 #include "checkpoint/checkpoints.hpp"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <array>
 #include <chrono>
-#include <memory>
 #include <utility>
 
-#include "output/part_file.hpp"
+#include "files/part_file.hpp"
 #include "ranks/agree.hpp"
 #include "scene_io/fault.hpp"
 #include "scene_io/scene_reader.hpp"
@@ -156,10 +153,11 @@ void Checkpoints::write(std::uint64_t done, const SaveRun& save) {
   CheckpointHeader header{.run = run_, .name = name_, .step = done};
   if (states_) header.states = states_->mark();
   if (events_) header.events = events_->mark();
-  is_alone() ? write_alone(header, save) : write_by_all(header, save);
+  // A copy is written where there is room for it, else the state itself, and the steps wait.
+  auto copy = is_alone() ? checkpoint_text(header, save, available_memory() / 8) : std::nullopt;
+  copy ? write_aside(std::move(*copy)) : write_by_all(header, save);
 }
 
-// Each its parts, and the steps wait.
 void Checkpoints::write_by_all(const CheckpointHeader& header, const SaveRun& save) {
   together(ranks_, [&] {
     if (states_) states_->sync();
@@ -169,29 +167,13 @@ void Checkpoints::write_by_all(const CheckpointHeader& header, const SaveRun& sa
   keep_what_is_counted_on();
 }
 
-// A copy is written by a thread of its own where there is room for it, else the state itself, and the steps wait.
-void Checkpoints::write_alone(const CheckpointHeader& header, const SaveRun& save) {
-  const bool has_room = bytes_of(save) <= available_memory() / 8;
-  const auto text = std::make_shared<std::string>(has_room ? checkpoint_text(header, save) : "");
-  const auto write = [this, file = fs::path(options_.file), part = part_->path()](const auto& use) {
+// By a thread of its own.
+void Checkpoints::write_aside(std::string text) {
+  writing_ = std::async(std::launch::async, [this, part = part_->path(), text = std::move(text)] {
     if (states_) states_->sync();
     if (events_) events_->sync();
-    use(file, part);
-  };
-  if (has_room) {
-    writing_ = std::async(std::launch::async, [this, write, text] {
-      write([&](const fs::path& file, const fs::path& part) {
-        write_checkpoint(file, part, *text, [this] { spare_what_is_counted_on(); });
-      });
-    });
-    return;
-  }
-  std::promise<void> done_here;
-  write([&](const fs::path& file, const fs::path& part) {
-    write_checkpoint(file, part, header, save, [this] { spare_what_is_counted_on(); });
+    write_checkpoint(options_.file, part, text, [this] { spare_what_is_counted_on(); });
   });
-  done_here.set_value();
-  writing_ = done_here.get_future();
 }
 
 }  // namespace dvdx::tool

@@ -11,7 +11,7 @@
 #include <vector>
 
 #include "checkpoint/checkpoint_file.hpp"
-#include "output/temporary.hpp"
+#include "files/temporary.hpp"
 
 namespace dvdx::tool {
 
@@ -71,7 +71,7 @@ class Checkpoints {
   [[nodiscard]] bool takes(std::uint64_t done);
   void write(std::uint64_t done, const SaveRun& save);
   void write_by_all(const CheckpointHeader& header, const SaveRun& save);
-  void write_alone(const CheckpointHeader& header, const SaveRun& save);
+  void write_aside(std::string text);
   void wait();
   void spare_what_is_counted_on() const noexcept;
   void keep_what_is_counted_on();

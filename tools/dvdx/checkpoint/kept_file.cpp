@@ -14,29 +14,8 @@
 #include "scene_io/fault.hpp"
 
 namespace dvdx::tool {
-namespace {
 
 namespace fs = std::filesystem;
-
-class Gathered final : public Sink {
- public:
-  explicit Gathered(KeptFile& file) : file_(file) {}
-  void write(std::string_view bytes) override {
-    text_ += bytes;
-    if (text_.size() >= most) flush();
-  }
-  void flush() {
-    file_.append(text_);
-    text_.clear();
-  }
-
- private:
-  static constexpr std::size_t most = std::size_t{1} << 20U;
-  KeptFile& file_;
-  std::string text_;
-};
-
-}  // namespace
 
 // The first rank makes it, the others find it.
 void KeptFile::open(int flags) {
@@ -63,25 +42,25 @@ KeptFile::KeptFile(fs::path path, const fs::path& from, const KeptMark& mark, Ra
     if (ranks_ != nullptr && ranks_->rank() != 0) return;
     const int number = file_->number();
     if (!fs::equivalent(path_, from)) {
-      for_each_kept_piece(from, mark, [&](std::string_view some) { write_all(number, path_, some); });
+      std::uint64_t place = 0;
+      for_each_kept_piece(from, mark, [&](std::string_view some) {
+        write_all_at(number, path_, place, some);
+        place += some.size();
+      });
     }
-    if (ftruncate(number, static_cast<off_t>(mark.bytes)) != 0 || lseek(number, 0, SEEK_END) < 0) refuse_to_write(path_, errno);
+    if (ftruncate(number, static_cast<off_t>(mark.bytes)) != 0) refuse_to_write(path_, errno);
   });
 }
 
 void KeptFile::append(std::string_view bytes) {
-  write_all(file_->number(), path_, bytes);
+  write_all_at(file_->number(), path_, mark_.bytes, bytes);
   mark_.crc = crc_of(bytes, mark_.crc);
   mark_.bytes += bytes.size();
 }
 
 void KeptFile::append(const SaveRun& save) {
-  if (ranks_ == nullptr) {
-    Gathered sink(*this);
-    save(sink);
-    return sink.flush();
-  }
-  const Stored stored = write_together(*ranks_, file_->number(), path_, mark_.bytes, save);
+  OneRank alone;
+  const Stored stored = write_together(ranks_ != nullptr ? *ranks_ : alone, file_->number(), path_, mark_.bytes, save);
   mark_.crc = crc_of_both(mark_.crc, stored.crc, stored.bytes);
   mark_.bytes += stored.bytes;
 }

@@ -8,9 +8,9 @@
 #include <string>
 #include <string_view>
 
-#include "checkpoint/byte_stream.hpp"
-#include "checkpoint/files.hpp"
 #include "dvdx/ranks.hpp"
+#include "files/byte_stream.hpp"
+#include "files/descriptor.hpp"
 
 namespace dvdx::tool {
 

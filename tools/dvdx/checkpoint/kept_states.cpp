@@ -3,7 +3,7 @@
 #include <optional>
 #include <utility>
 
-#include "checkpoint/files.hpp"
+#include "files/descriptor.hpp"
 
 namespace dvdx::tool {
 

@@ -1,120 +1,76 @@
 #include "checkpoint/written_together.hpp"
 
-#include <span>
+#include <optional>
 #include <string>
-#include <vector>
 
-#include "checkpoint/files.hpp"
+#include "files/descriptor.hpp"
 #include "ranks/agree.hpp"
 
 namespace dvdx::tool {
 namespace {
 
-// The bytes written between two changes from parts to what is alike, or back.
-struct Run {
-  bool is_part = false;
-  std::uint64_t bytes = 0;
-  std::uint32_t crc = 0;
-};
-
-// The first look at what will be written.
-class Measure final : public Sink {
- public:
-  void write(std::string_view some) override {
-    runs.back().crc = crc_of(some, runs.back().crc);
-    runs.back().bytes += some.size();
-  }
-  void begin_part() override { runs.push_back({.is_part = true}); }
-  void end_part() override { runs.push_back({}); }
-
-  std::vector<Run> runs = {{}};  // it begins with what is alike
-};
-
-// The second: each run of bytes goes to its place.
+// A rank that cannot write goes on without writing: the others wait for what it has to say of its parts.
 class ToPlaces final : public Sink {
  public:
-  // places: of each run. is_first: whether this rank writes what is alike for all.
-  ToPlaces(int descriptor, const std::filesystem::path& file, std::span<const std::uint64_t> places, bool is_first)
-      : descriptor_(descriptor), file_(file), places_(places), is_first_(is_first), place_(places[0]) {}
+  ToPlaces(Ranks& ranks, int descriptor, const std::filesystem::path& file, std::uint64_t place)
+      : ranks_(ranks), descriptor_(descriptor), file_(file), start_(place), place_(place) {}
 
   void write(std::string_view some) override {
-    if (!is_part_ && !is_first_) return;
+    Stored& run = is_part_ ? part_ : whole_;
+    run.crc = crc_of(some, run.crc);
+    run.bytes += some.size();
+    if (!is_part_ && ranks_.rank() != 0) return;
     text_ += some;
     if (text_.size() >= most) flush();
   }
-  void begin_part() override { next(true); }
-  void end_part() override { next(false); }
-  void flush() {
-    write_all_at(descriptor_, file_, place_, text_);
-    place_ += text_.size();
-    text_.clear();
+  void begin_part(std::uint64_t bytes) override {
+    flush();
+    is_part_ = true;
+    part_ = {};
+    whole_.bytes = in_turn(ranks_, whole_.bytes, [&](std::uint64_t before) {
+      place_ = start_ + before;
+      return before + bytes;
+    });
+  }
+  void end_part() override {
+    flush();
+    is_part_ = false;
+    place_ = start_ + whole_.bytes;
+    whole_.crc = in_turn(ranks_, whole_.crc, [&](std::uint32_t before) { return crc_of_both(before, part_.crc, part_.bytes); });
+  }
+  // All is in the file.
+  [[nodiscard]] Stored finish() {
+    flush();
+    share_trouble(ranks_, trouble_);
+    return whole_;
   }
 
  private:
   static constexpr std::size_t most = std::size_t{1} << 20U;
 
-  void next(bool is_part) {
-    flush();
-    is_part_ = is_part;
-    place_ = places_[++run_];
+  void flush() {
+    if (!trouble_) trouble_ = trouble_of([&] { write_all_at(descriptor_, file_, place_, text_); });
+    place_ += text_.size();
+    text_.clear();
   }
 
+  Ranks& ranks_;
   int descriptor_;
   const std::filesystem::path& file_;
-  std::span<const std::uint64_t> places_;
-  bool is_first_;
+  std::uint64_t start_, place_;  // of all, and of what is gathered
   bool is_part_ = false;
-  std::size_t run_ = 0;
-  std::uint64_t place_;
-  std::string text_;
+  Stored whole_, part_;  // of all ranks so far, and of this rank's part
+  std::string text_;     // gathered
+  std::optional<Trouble> trouble_;
 };
-
-// The runs of every rank; each rank has as many, alike but for bytes and crc.
-std::vector<std::vector<Run>> runs_of_all(Ranks& ranks, const std::vector<Run>& mine) {
-  const auto count = static_cast<std::size_t>(ranks.count());
-  const std::size_t each = 2 * mine.size();
-  std::vector<std::uint64_t> numbers(count * each, 0);
-  for (std::size_t k = 0; k < mine.size(); ++k) {
-    const std::size_t at = static_cast<std::size_t>(ranks.rank()) * each + 2 * k;
-    numbers[at] = mine[k].bytes;
-    numbers[at + 1] = mine[k].crc;
-  }
-  ranks.sum(numbers);
-  std::vector<std::vector<Run>> all(count, mine);
-  for (std::size_t rank = 0; rank < count; ++rank) {
-    for (std::size_t k = 0; k < mine.size(); ++k) {
-      all[rank][k].bytes = numbers[rank * each + 2 * k];
-      all[rank][k].crc = static_cast<std::uint32_t>(numbers[rank * each + 2 * k + 1]);
-    }
-  }
-  return all;
-}
 
 }  // namespace
 
 Stored write_together(Ranks& ranks, int descriptor, const std::filesystem::path& file, std::uint64_t place,
                       const SaveRun& save) {
-  Measure measure;
-  save(measure);
-  const auto all = runs_of_all(ranks, measure.runs);
-  const auto me = static_cast<std::size_t>(ranks.rank());
-  Stored whole;
-  std::vector<std::uint64_t> places;
-  for (std::size_t k = 0; k < measure.runs.size(); ++k) {
-    const std::size_t writers = measure.runs[k].is_part ? all.size() : 1;
-    places.push_back(place + whole.bytes);
-    for (std::size_t rank = 0; rank < writers; ++rank) {
-      if (rank == me) places.back() = place + whole.bytes;
-      whole.crc = crc_of_both(whole.crc, all[rank][k].crc, all[rank][k].bytes);
-      whole.bytes += all[rank][k].bytes;
-    }
-  }
-  together(ranks, [&] {
-    ToPlaces sink(descriptor, file, places, ranks.rank() == 0);
-    save(sink);
-    sink.flush();
-  });
-  return whole;
+  ToPlaces sink(ranks, descriptor, file, place);
+  save(sink);
+  return sink.finish();
 }
 
 }  // namespace dvdx::tool

@@ -17,16 +17,17 @@
 #include "commands/run_outcome.hpp"
 #include "commands/typed.hpp"
 #include "dvdx/plan.hpp"
+#include "files/part_file.hpp"
+#include "files/part_name.hpp"
 #include "output/console.hpp"
-#include "output/part_file.hpp"
-#include "output/part_name.hpp"
-#include "ranks/refusal.hpp"
-#include "run/live_memory.hpp"
-#include "run/start.hpp"
 #include "scale/births.hpp"
 #include "scale/prediction.hpp"
 #include "scene_io/names.hpp"
 #include "scene_io/plan_fault.hpp"
+#include "state/live_memory.hpp"
+#include "state/refusal.hpp"
+#include "state/start.hpp"
+#include "watch/warnings.hpp"
 
 namespace dvdx::tool {
 namespace {

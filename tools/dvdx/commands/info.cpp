@@ -10,8 +10,8 @@
 #include "commands/commands.hpp"
 #include "dvdx/build_info.hpp"
 #include "output/console.hpp"
-#include "run/engine.hpp"
-#include "run/threads.hpp"
+#include "state/engine.hpp"
+#include "state/threads.hpp"
 
 namespace dvdx::tool {
 namespace {

@@ -11,8 +11,8 @@
 #include <vector>
 
 #include "commands/commands.hpp"
+#include "files/part_file.hpp"
 #include "output/console.hpp"
-#include "output/part_file.hpp"
 
 namespace dvdx::tool {
 namespace {

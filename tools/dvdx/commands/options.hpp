@@ -1,8 +1,8 @@
 // Options that several commands have.
 #pragma once
 
-#include "run/engine.hpp"
-#include "run/loaded_scene.hpp"
+#include "state/engine.hpp"
+#include "state/loaded_scene.hpp"
 
 namespace CLI {
 class App;

@@ -10,18 +10,18 @@
 #include "commands/commands.hpp"
 #include "commands/options.hpp"
 #include "commands/scenes_progress.hpp"
+#include "files/part_file.hpp"
 #include "output/console.hpp"
-#include "output/part_file.hpp"
 #include "report/build.hpp"
 #include "report/json.hpp"
 #include "report/machine.hpp"
 #include "report/page.hpp"
 #include "report/pictures.hpp"
 #include "report/table.hpp"
-#include "run/threads.hpp"
 #include "scene_io/network_reader.hpp"
 #include "scene_io/scene_reader.hpp"
 #include "scene_io/turnover_reader.hpp"
+#include "state/threads.hpp"
 
 namespace dvdx::tool {
 namespace {

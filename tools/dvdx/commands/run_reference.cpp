@@ -8,10 +8,9 @@
 
 #include "closed_form/closed_form.hpp"
 #include "report/simulation.hpp"
-#include "run/origin.hpp"
-#include "run/threads.hpp"
-#include "scene_io/fault.hpp"
 #include "scene_io/plan_fault.hpp"
+#include "state/origin.hpp"
+#include "state/threads.hpp"
 
 namespace dvdx::tool {
 namespace {

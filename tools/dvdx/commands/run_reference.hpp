@@ -4,8 +4,8 @@
 #include <string>
 
 #include "output/writer.hpp"
-#include "run/engine.hpp"
-#include "run/loaded_scene.hpp"
+#include "state/engine.hpp"
+#include "state/loaded_scene.hpp"
 
 namespace dvdx::tool {
 

@@ -14,8 +14,8 @@
 #include <vector>
 
 #include "commands/commands.hpp"
-#include "commands/progress.hpp"
 #include "commands/typed.hpp"
+#include "files/part_file.hpp"
 #include "hard_cases/cases.hpp"
 #include "hard_cases/long_runs.hpp"
 #include "hard_cases/show.hpp"
@@ -25,10 +25,10 @@
 #include "maps/maps.hpp"
 #include "maps/maps_show.hpp"
 #include "output/console.hpp"
-#include "output/part_file.hpp"
 #include "report/json.hpp"
 #include "report/machine.hpp"
-#include "run/engine.hpp"
+#include "run/progress.hpp"
+#include "state/engine.hpp"
 
 namespace dvdx::tool {
 namespace {

@@ -11,8 +11,8 @@
 #include <vector>
 
 #include "commands/commands.hpp"
-#include "commands/progress.hpp"
 #include "output/console.hpp"
+#include "run/progress.hpp"
 #include "scene_io/names.hpp"
 #include "scene_io/scene_reader.hpp"
 #include "scene_io/steps.hpp"

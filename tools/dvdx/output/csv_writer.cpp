@@ -3,7 +3,7 @@
 
 #include <iterator>
 
-#include "output/part_file.hpp"
+#include "files/part_file.hpp"
 #include "output/writer.hpp"
 
 namespace dvdx::tool {

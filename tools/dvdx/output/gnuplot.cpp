@@ -13,8 +13,8 @@
 #include <fstream>
 #include <optional>
 
+#include "files/temporary.hpp"
 #include "output/console.hpp"
-#include "output/temporary.hpp"
 #include "scene_io/file_text.hpp"
 
 namespace dvdx::tool {

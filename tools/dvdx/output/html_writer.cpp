@@ -7,13 +7,13 @@
 #include <utility>
 #include <vector>
 
+#include "files/bytes.hpp"
+#include "files/part_file.hpp"
 #include "output/base64.hpp"
-#include "output/bytes.hpp"
 #include "output/deflate.hpp"
 #include "output/frame_coder.hpp"
 #include "output/html_page.hpp"
 #include "output/html_scene.hpp"
-#include "output/part_file.hpp"
 #include "output/writer.hpp"
 #include "scene_io/fault.hpp"
 

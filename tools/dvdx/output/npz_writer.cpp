@@ -9,9 +9,9 @@
 #include <utility>
 #include <vector>
 
-#include "checkpoint/files.hpp"
-#include "output/bytes.hpp"
-#include "output/part_file.hpp"
+#include "files/bytes.hpp"
+#include "files/descriptor.hpp"
+#include "files/part_file.hpp"
 #include "output/stored_zip.hpp"
 #include "output/writer.hpp"
 

@@ -5,7 +5,7 @@
 #include <string_view>
 
 #include "dvdx/layouts/state.hpp"
-#include "output/part_file.hpp"
+#include "files/part_file.hpp"
 #include "scene_io/topology.hpp"
 
 namespace dvdx::tool {

@@ -4,8 +4,8 @@
 #include <filesystem>
 #include <vector>
 
+#include "files/part_file.hpp"
 #include "output/obj_text.hpp"
-#include "output/part_file.hpp"
 #include "output/writer.hpp"
 
 namespace dvdx::tool {

@@ -11,9 +11,9 @@
 #include <utility>
 #include <vector>
 
-#include "output/bytes.hpp"
+#include "files/bytes.hpp"
+#include "files/part_file.hpp"
 #include "output/obj_text.hpp"
-#include "output/part_file.hpp"
 #include "output/writer.hpp"
 #include "ranks/agree.hpp"
 #include "scene_io/fault.hpp"

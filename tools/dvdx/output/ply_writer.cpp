@@ -6,8 +6,8 @@
 #include <cstdint>
 #include <vector>
 
-#include "output/bytes.hpp"
-#include "output/part_file.hpp"
+#include "files/bytes.hpp"
+#include "files/part_file.hpp"
 #include "output/writer.hpp"
 
 namespace dvdx::tool {

@@ -10,8 +10,8 @@
 #include <variant>
 #include <vector>
 
+#include "files/part_file.hpp"
 #include "output/bodies.hpp"
-#include "output/part_file.hpp"
 #include "output/picture.hpp"
 #include "output/radii.hpp"
 #include "output/raster.hpp"

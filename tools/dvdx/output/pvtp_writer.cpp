@@ -10,9 +10,9 @@
 #include <vector>
 
 #include "dvdx/layouts/soa.hpp"
-#include "output/part_file.hpp"
+#include "files/part_file.hpp"
+#include "files/temporary.hpp"
 #include "output/pieces.hpp"
-#include "output/temporary.hpp"
 #include "output/vtp_document.hpp"
 #include "output/writer.hpp"
 #include "ranks/agree.hpp"

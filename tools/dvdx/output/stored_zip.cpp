@@ -3,14 +3,14 @@
 #include <algorithm>
 #include <limits>
 
-#include "output/bytes.hpp"
+#include "files/bytes.hpp"
 
 namespace dvdx::tool {
 namespace {
 
 constexpr std::uint64_t most_bytes =
     std::numeric_limits<std::uint32_t>::max();          // in 32 bits; itself it says "look at the extra field"
-constexpr std::uint16_t version = 10;                   // 1.0
+constexpr std::uint16_t zip_version = 10;               // 1.0
 constexpr std::uint16_t version_64 = 45;                // 4.5: sizes of 64 bits
 constexpr std::uint16_t written_by = (3U << 8U) | 63U;  // Unix, 6.3
 constexpr std::uint32_t plain_file = 0100000;           // beside its permissions in Unix's mode
@@ -36,7 +36,7 @@ std::string extra_of(const std::vector<std::uint64_t>& large) {
 void append_common(std::string& bytes, const ZipMember& member, const std::string& extra) {
   constexpr std::uint16_t first_date =
       (1U << 5U) | 1U;  // no clock's, so that the same run gives the same bytes: 1 January 1980
-  append_bytes(bytes, extra.empty() ? version : version_64);
+  append_bytes(bytes, extra.empty() ? zip_version : version_64);
   append_bytes<std::uint16_t>(bytes, 0);  // flags
   append_bytes<std::uint16_t>(bytes, 0);  // stored
   append_bytes<std::uint16_t>(bytes, 0);  // midnight

@@ -12,8 +12,8 @@
 #include <utility>
 #include <vector>
 
+#include "files/bytes.hpp"
 #include "output/base64.hpp"
-#include "output/bytes.hpp"
 #include "output/pieces.hpp"
 
 namespace dvdx::tool {

@@ -5,7 +5,7 @@
 #include <string>
 #include <string_view>
 
-#include "output/part_file.hpp"
+#include "files/part_file.hpp"
 #include "output/writer.hpp"
 
 namespace dvdx::tool {

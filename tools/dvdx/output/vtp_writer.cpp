@@ -2,7 +2,7 @@
 #include <filesystem>
 #include <vector>
 
-#include "output/part_file.hpp"
+#include "files/part_file.hpp"
 #include "output/vtp_document.hpp"
 #include "output/writer.hpp"
 

@@ -10,8 +10,8 @@
 #include <string_view>
 
 #include "dvdx/layouts/soa.hpp"
-#include "output/part_file.hpp"
-#include "output/part_name.hpp"
+#include "files/part_file.hpp"
+#include "files/part_name.hpp"
 #include "ranks/agree.hpp"
 #include "ranks/range_exchange.hpp"
 #include "scene_io/fault.hpp"

@@ -11,9 +11,9 @@
 #include <string_view>
 #include <vector>
 
-#include "checkpoint/byte_stream.hpp"
 #include "dvdx/layouts/state.hpp"
 #include "dvdx/ranks.hpp"
+#include "files/byte_stream.hpp"
 #include "scene_io/numbering.hpp"
 #include "scene_io/topology.hpp"
 

@@ -9,8 +9,6 @@
 #include <string>
 #include <string_view>
 
-#include "output/console.hpp"
-#include "ranks/agree.hpp"
 #include "scene_io/fault.hpp"
 
 namespace dvdx::tool {
@@ -37,16 +35,7 @@ std::optional<int> launched() {
 
 }  // namespace
 
-void refuse_ranks(const std::string& command) {
-  const auto size = launched().value_or(1);
-  if (size == 1) return;
-  const auto ranks = join_ranks().ranks;
-  if (ranks->rank() == 0) {
-    print_message("dvdx " + command + ": started as " + std::to_string(size) + " ranks: must be started as one");
-  }
-  wait_for_all(*ranks);
-  throw Fault(Exit::usage, std::string());
-}
+int ranks_started() { return launched().value_or(1); }
 
 int ranks_here() {
   for (const char* name : {"OMPI_COMM_WORLD_LOCAL_SIZE", "MPI_LOCALNRANKS"}) {

@@ -2,7 +2,6 @@
 #pragma once
 
 #include <memory>
-#include <string>
 
 #include "dvdx/ranks.hpp"
 
@@ -17,9 +16,8 @@ struct Joined {
 // initialised. Throws Fault (usage) where one started it as one of several, and this build has no MPI.
 [[nodiscard]] Joined join_ranks();
 
-// Throws Fault (usage) where a launcher started several processes: each would do all of the command's work. The first one alone
-// has something to say.
-void refuse_ranks(const std::string& command);
+// As how many ranks a launcher started the command: 1 where none did.
+[[nodiscard]] int ranks_started();
 
 // The number of ranks on this machine, which share its cores.
 [[nodiscard]] int ranks_here();

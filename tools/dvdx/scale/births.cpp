@@ -5,7 +5,7 @@
 #include <bit>
 #include <numeric>
 
-#include "run/live_memory.hpp"
+#include "state/live_memory.hpp"
 
 namespace dvdx::tool {
 

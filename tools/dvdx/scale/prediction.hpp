@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "dvdx/plan.hpp"
-#include "scale/cut.hpp"
+#include "ranks/cut.hpp"
 #include "scene_io/scene_file.hpp"
 
 namespace dvdx::tool {

@@ -106,6 +106,18 @@ std::array<double, 3> Node::vector(const Range& range) const {
   return {at(0).number(range), at(1).number(range), at(2).number(range)};
 }
 
+Node Node::type_for(std::string_view what) const {
+  if (!json().is_object()) refuse("an object");
+  if (json().contains("type")) return at("type");
+  throw Fault(Exit::bad_scene, file() + ": " + path() + ".type is missing: a " + std::string(what) + " needs it");
+}
+
+std::array<double, 3> Node::direction() const {
+  const auto direction = vector();
+  if (direction == std::array<double, 3>{}) refuse("a vector that is not zero");
+  return direction;
+}
+
 std::size_t Node::choice(std::span<const std::string_view> names) const {
   const auto valid = one_of(names);
   if (!value_->is_string()) refuse(valid);

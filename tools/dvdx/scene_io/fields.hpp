@@ -51,6 +51,8 @@ class Node {
   [[nodiscard]] Node at(const std::string& key) const;
   [[nodiscard]] Node at(std::size_t index) const;
   [[nodiscard]] std::vector<Node> elements(std::string_view valid) const;
+  // The key `type` of an object, on which its other keys hang. what: the thing that it describes, as "force".
+  [[nodiscard]] Node type_for(std::string_view what) const;
 
   // "<file>: <path> is <value>: must be <valid>"
   [[noreturn]] void refuse(std::string_view valid) const;
@@ -61,6 +63,7 @@ class Node {
   [[nodiscard]] std::uint64_t whole(std::uint64_t min, std::uint64_t max) const;
   [[nodiscard]] std::string text() const;
   [[nodiscard]] std::array<double, 3> vector(const Range& range = any_number) const;
+  [[nodiscard]] std::array<double, 3> direction() const;                            // a vector that is not zero
   [[nodiscard]] std::size_t choice(std::span<const std::string_view> names) const;  // the index of the name
 
   template <class E, std::size_t N>

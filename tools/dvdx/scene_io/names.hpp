@@ -39,7 +39,7 @@ inline constexpr std::array<Named<Expansion>, 2> expansions{
     {{"exact", Expansion::exact}, {"first_order", Expansion::first_order}}};
 inline constexpr std::array<Named<ContactPath>, 2> sweeps{{{"curve", ContactPath::curve}, {"line", ContactPath::line}}};
 inline constexpr std::array<Named<Response>, 2> responses{{{"resume", Response::resume}, {"seed", Response::end_on_surface}}};
-inline constexpr std::array<Named<Side>, 2> sides{{{"outside", Side::outside}, {"inside", Side::inside}}};
+inline constexpr std::array<Named<Side>, 2> body_sides{{{"outside", Side::outside}, {"inside", Side::inside}}};
 inline constexpr std::array<Named<Scheme>, 5> schemes{{{"leapfrog", Scheme::leapfrog},
                                                        {"fourth_order", Scheme::fourth_order},
                                                        {"sequential", Scheme::sequential},

@@ -1,4 +1,4 @@
-// Networks and constraints: what they join, the particles that they make, what of them is fixed, and how they are stepped.
+// Networks: the particles that they make and join, and which of these are fixed.
 #pragma once
 
 #include <cstddef>
@@ -8,17 +8,10 @@
 #include <string_view>
 #include <vector>
 
-#include "scene_io/mesh_file.hpp"
 #include "scene_io/mesh_welding.hpp"
 #include "scene_io/particle_values.hpp"
 
 namespace dvdx::tool {
-
-// The .obj file that the node names.
-[[nodiscard]] MeshFile mesh_of(const Node& node, SceneFolder& folder);
-
-// The keys `substeps`, a whole number or "auto", and `most_substeps`, where they are there.
-void read_substeps(const Fields& fields, Coupling& coupling);
 
 // The particles that a network makes: a grid or a mesh its own, springs none.
 struct MadeNetwork {
@@ -81,8 +74,5 @@ class NetworkReader {
 
 // Throws Fault (bad_scene) where springs tear: `command` steps scenes in which they do not.
 void refuse_tearing(const SceneFile& file, std::string_view command);
-
-// Adds constraints to the scene.
-void read_constraints(const Node& constraints, SceneFile& file, const Population& population, ReadTopology topology);
 
 }  // namespace dvdx::tool

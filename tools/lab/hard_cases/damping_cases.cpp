@@ -7,8 +7,8 @@
 #include <vector>
 
 #include "hard_cases/cases.hpp"
+#include "hard_cases/plain_springs.hpp"
 #include "hard_cases/trial.hpp"
-#include "plain/plain_springs.hpp"
 
 namespace dvdx::tool::stability {
 namespace {

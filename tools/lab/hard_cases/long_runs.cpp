@@ -10,8 +10,8 @@
 #include <utility>
 
 #include "dvdx/plan.hpp"
-#include "run/state_memory.hpp"
 #include "scene_io/names.hpp"
+#include "state/state_memory.hpp"
 
 // Theory. A number u is rounded with a variance of ulp(u)^2/12, which over all mantissas is 0.045 eps^2 u^2 on average. A step
 // writes x twice and v once. Through E = (v^2 + omega^2 x^2)/2 a rounding of x moves the energy by 2 x dx/A^2 and the phase by

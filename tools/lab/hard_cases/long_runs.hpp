@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "run/engine.hpp"
+#include "state/engine.hpp"
 
 namespace dvdx::tool::stability {
 

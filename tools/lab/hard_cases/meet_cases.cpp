@@ -9,8 +9,8 @@
 
 #include "hard_cases/cases.hpp"
 #include "hard_cases/trial.hpp"
-#include "run/crossings.hpp"
 #include "scene_io/counter_random.hpp"
+#include "watch/crossings.hpp"
 
 namespace dvdx::tool::stability {
 namespace {

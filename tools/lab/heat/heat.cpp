@@ -10,9 +10,9 @@
 #include "dvdx/layouts/soa.hpp"
 #include "dvdx/layouts/state_hash.hpp"
 #include "dvdx/plan.hpp"
-#include "run/energy_budget.hpp"
-#include "run/engine.hpp"
-#include "run/start.hpp"
+#include "state/engine.hpp"
+#include "state/start.hpp"
+#include "watch/energy_budget.hpp"
 
 namespace dvdx::tool::stability {
 namespace {

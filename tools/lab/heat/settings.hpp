@@ -7,8 +7,8 @@
 #include <string_view>
 #include <vector>
 
-#include "run/engine.hpp"
 #include "scene_io/scene_file.hpp"
+#include "state/engine.hpp"
 
 namespace dvdx::tool::stability {
 

@@ -13,8 +13,8 @@
 #include "report/orders.hpp"
 #include "report/sample.hpp"
 #include "report/throughput.hpp"
-#include "run/origin.hpp"
 #include "scene_io/names.hpp"
+#include "state/origin.hpp"
 
 namespace dvdx::tool::report {
 namespace {

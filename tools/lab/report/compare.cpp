@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "run/energy.hpp"
+#include "watch/energy.hpp"
 
 namespace dvdx::tool::report {
 

@@ -5,7 +5,7 @@
 
 #include "report/sample.hpp"
 #include "report/stopwatch.hpp"
-#include "run/origin.hpp"
+#include "state/origin.hpp"
 
 namespace dvdx::tool::report {
 

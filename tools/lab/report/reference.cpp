@@ -7,8 +7,8 @@
 
 #include "closed_form/impacts.hpp"
 #include "report/sample.hpp"
-#include "run/energy.hpp"
 #include "scene_io/plan_fault.hpp"
+#include "watch/energy.hpp"
 
 namespace dvdx::tool::report {
 namespace {

@@ -9,7 +9,7 @@
 
 #include "dvdx/isa.hpp"
 #include "dvdx/method.hpp"
-#include "run/engine.hpp"
+#include "state/engine.hpp"
 
 namespace dvdx::tool::report {
 

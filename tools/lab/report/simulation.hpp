@@ -9,10 +9,10 @@
 #include <utility>
 
 #include "dvdx/plan.hpp"
-#include "run/engine.hpp"
-#include "run/start.hpp"
-#include "run/state_memory.hpp"
 #include "scene_io/plan_fault.hpp"
+#include "state/engine.hpp"
+#include "state/start.hpp"
+#include "state/state_memory.hpp"
 
 namespace dvdx::tool::report {
 

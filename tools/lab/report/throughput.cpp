@@ -8,8 +8,8 @@
 #include "report/grid.hpp"
 #include "report/sample.hpp"
 #include "report/stopwatch.hpp"
-#include "run/origin.hpp"
 #include "scene_io/names.hpp"
+#include "state/origin.hpp"
 
 namespace dvdx::tool::report {
 namespace {

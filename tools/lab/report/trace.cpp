@@ -6,7 +6,7 @@
 
 #include "dvdx/counter_random.hpp"
 #include "dvdx/layouts/soa.hpp"
-#include "run/energy.hpp"
+#include "watch/energy.hpp"
 
 namespace dvdx::tool::report {
 namespace {

@@ -5,7 +5,7 @@
 #include <limits>
 
 #include "report/sample.hpp"
-#include "run/origin.hpp"
+#include "state/origin.hpp"
 
 namespace dvdx::tool::tune {
 namespace {

@@ -4,7 +4,7 @@
 #include <functional>
 
 #include "report/simulation.hpp"
-#include "run/loaded_scene.hpp"
+#include "state/loaded_scene.hpp"
 #include "tune/tuning.hpp"
 
 namespace dvdx::tool::tune {

@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "run/loaded_scene.hpp"
+#include "state/loaded_scene.hpp"
 #include "tune/candidates.hpp"
 
 namespace dvdx::tool::tune {

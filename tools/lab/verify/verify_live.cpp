@@ -9,9 +9,9 @@
 #include <limits>
 #include <vector>
 
-#include "run/live_memory.hpp"
-#include "run/threads.hpp"
 #include "scene_io/plan_fault.hpp"
+#include "state/live_memory.hpp"
+#include "state/threads.hpp"
 
 namespace dvdx::tool {
 namespace {

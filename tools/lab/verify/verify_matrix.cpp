@@ -13,11 +13,11 @@
 
 #include "dvdx/layouts/convert.hpp"
 #include "dvdx/plan.hpp"
-#include "run/origin.hpp"
-#include "run/start.hpp"
-#include "run/state_memory.hpp"
-#include "run/threads.hpp"
 #include "scene_io/plan_fault.hpp"
+#include "state/origin.hpp"
+#include "state/start.hpp"
+#include "state/state_memory.hpp"
+#include "state/threads.hpp"
 
 namespace dvdx::tool {
 namespace {

@@ -8,8 +8,8 @@
 #include <string>
 #include <vector>
 
-#include "run/engine.hpp"
 #include "scene_io/scene_file.hpp"
+#include "state/engine.hpp"
 
 namespace dvdx::tool {
 

@@ -1,0 +1,18 @@
+// How networks are stepped.
+#pragma once
+
+#include "dvdx/scene.hpp"
+#include "scene_io/fields.hpp"
+
+namespace dvdx::tool {
+
+// The keys `substeps`, a whole number or "auto", and `most_substeps`, where they are there.
+void read_substeps(const Fields& fields, Coupling& coupling);
+
+// method: where the network names none.
+[[nodiscard]] Coupling read_coupling(const Fields& fields, Method method);
+
+// All networks of a scene are stepped together.
+void check_alike(const Node& node, const Coupling& first, const Coupling& own);
+
+}  // namespace dvdx::tool

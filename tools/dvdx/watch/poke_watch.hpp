@@ -1,0 +1,52 @@
+// Whether bodies come out of cloth between its particles, which alone are kept outside.
+#pragma once
+
+#include <cstddef>
+#include <optional>
+#include <vector>
+
+#include "dvdx/layouts/soa.hpp"
+#include "dvdx/layouts/state.hpp"
+#include "scene_io/scene_file.hpp"
+#include "watch/outcome.hpp"
+#include "watch/ways_out.hpp"
+
+namespace dvdx::tool {
+
+// One process looks, where the scene has cloth that does not tear, and bodies beside planes. It looks at the middles of the sides
+// of the cloth's triangles, whose ends are free.
+class PokeWatch {
+ public:
+  PokeWatch(const SceneFile& file, int ranks);
+
+  template <class T>
+  void look(const State<T>& state);
+
+  // The deepest of all looks since the run began or went on from a checkpoint.
+  [[nodiscard]] const std::optional<PokeThrough>& found() const noexcept { return found_; }
+
+ private:
+  struct Deepest {
+    std::size_t middle = 0;
+    double depth = 0;  // m
+  };
+
+  void begin(std::size_t count);
+  [[nodiscard]] Deepest deepest(WaysOut& ways) const;
+  // The body that the middle is deepest inside.
+  [[nodiscard]] std::size_t body_around(std::size_t middle);
+
+  const SceneFile& file_;
+  std::vector<std::size_t> bodies_;  // contacts
+  std::vector<Pair> sides_;
+  std::optional<Soa<double>> middles_;
+  State<double> state_{};  // of the middles
+  std::optional<WaysOut> ways_;
+  std::vector<WaysOut> each_;  // of one body
+  std::optional<PokeThrough> found_;
+};
+
+extern template void PokeWatch::look(const State<float>&);
+extern template void PokeWatch::look(const State<double>&);
+
+}  // namespace dvdx::tool
