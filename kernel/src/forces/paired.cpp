@@ -19,17 +19,17 @@
 namespace dvdx {
 namespace {
 
-constexpr std::size_t count = 2 * paired_reach + 1;
+constexpr std::size_t points = 2 * paired_reach + 1;
 
 // The nearest float first, then those around it; what lies farther from `exact` than the reach is the nearest once more.
-std::array<float, count> neighbours(double exact) noexcept {
-  std::array<float, count> result{};
+std::array<float, points> neighbours(double exact) noexcept {
+  std::array<float, points> result{};
   const auto nearest = static_cast<float>(exact);
   result.fill(nearest);
   if (!std::isfinite(nearest)) return result;  // the largest float stands beside infinity, and is no neighbour of the number
   const double ulp = std::abs(double{nearest} - double{std::nextafter(nearest, 0.0F)});
   float up = nearest, down = nearest;
-  for (std::size_t n = 1; n < count; n += 2) {
+  for (std::size_t n = 1; n < points; n += 2) {
     up = std::nextafter(up, std::numeric_limits<float>::infinity());
     down = std::nextafter(down, -std::numeric_limits<float>::infinity());
     if (std::abs(up - exact) <= paired_reach * ulp) result[n] = up;
