@@ -32,7 +32,7 @@ class RateColumns {
 
 void time_making(benchmark::State& timing, Isa isa, std::size_t count) {
   RateColumns columns(count), expected(count);
-  const RatePass pass = find_passes(isa)->rate;
+  const RatePass pass = find_passes(isa)->f64.free.rate;
   for (auto _ : timing) {
     pass(columns.run());
     benchmark::ClobberMemory();
