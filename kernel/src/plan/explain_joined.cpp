@@ -1,4 +1,4 @@
-// What joins particles, in words: springs and their scheme, air, constraints, balls, meetings and faces.
+// Joined particles, in words: springs and their scheme, air, constraints, balls, meetings and faces.
 #include "plan/explain_joined.hpp"
 
 #include <algorithm>

@@ -9,7 +9,7 @@
 
 namespace dvdx {
 
-// Of a scene that joins particles; system: its forces. workspace_bytes: that a state is stepped in.
+// scene: one that joins particles; system: its forces; workspace_bytes: memory that a state is stepped in.
 template <class T>
 std::string explain_joined(const CompiledScene<T>& compiled, const System& system, std::size_t workspace_bytes);
 

@@ -20,7 +20,7 @@
 
 namespace dvdx {
 
-// What a pass goes through: rows, slices, or particles and triangles by slices.
+// The units that a pass goes through: rows, slices, or particles and triangles by slices.
 struct Units {
   std::size_t count, per_task, size = 1;
 };

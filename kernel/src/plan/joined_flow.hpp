@@ -19,7 +19,7 @@ class JoinedFlow {
  public:
   static constexpr std::size_t max_flows = 8;
   using FlowOffsets = std::array<Offsets<T>, 2>;
-  // What joins a flow in the same walk over the particles.
+  // The work that joins a flow in the same walk over the particles.
   enum class After { nothing, pairs };
   // Shifts that the sweeps made, applied in the next flow's walk over the particles.
   struct Left {

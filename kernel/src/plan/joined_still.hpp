@@ -1,4 +1,4 @@
-// What stands still on a contact and stays, through a call of joined particles: contact/pass/stay.hpp.
+// Particles that stand still on a contact and stay, through a call of joined particles: contact/pass/stay.hpp.
 #pragma once
 
 #include <cstddef>
@@ -26,7 +26,7 @@ class JoinedStill {
       }
     });
   }
-  // Of a step: no pulse yet.
+  // A step begins: no pulse yet.
   void begin() noexcept {
     pulse_part_ = 0;
     waited_ = 0;

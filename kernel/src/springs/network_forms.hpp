@@ -1,4 +1,4 @@
-// The forms in which a pass may walk a scene's springs. Each is the data of one pass of passes/network: a scene has one of
+// The forms in which a pass may walk a scene's springs. Each is the data of one pass of sum/ or sweep/: a scene has one of
 // them.
 #pragma once
 

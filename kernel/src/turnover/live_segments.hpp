@@ -1,4 +1,4 @@
-// What stays of particles that come and go, moved together on threads: each compacts a piece of them.
+// Survivors of particles that come and go, moved together on threads: each compacts a piece of them.
 #pragma once
 
 #include <algorithm>

@@ -1,4 +1,4 @@
-// What a step ends inside of, wide: put onto the surface, or between two that leave it no room. The scalar twin:
+// Particles whose step ends inside a surface, wide: put onto it, or between two that leave no room. The scalar twin:
 // impact_reference.hpp.
 #pragma once
 

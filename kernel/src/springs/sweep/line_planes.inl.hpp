@@ -1,4 +1,4 @@
-// What the lines of a sheet's springs are solved in: planes of numbers, wide.
+// Planes of numbers in which the lines of a sheet's springs are solved, wide.
 //
 // Springs stand side by side as the sweeps have them, along the rows.
 #pragma once
