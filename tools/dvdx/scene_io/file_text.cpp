@@ -13,14 +13,14 @@
 namespace dvdx::tool {
 namespace {
 
-class Descriptor {
+class ReadDescriptor {
  public:
   // O_NONBLOCK: a pipe without a writer opens at once, and is refused. It changes nothing for a regular file.
-  explicit Descriptor(const std::filesystem::path& path)
+  explicit ReadDescriptor(const std::filesystem::path& path)
       : number_(open(path.c_str(), O_RDONLY | O_NONBLOCK | O_NOCTTY | O_CLOEXEC)) {}
-  Descriptor(const Descriptor&) = delete;
-  Descriptor& operator=(const Descriptor&) = delete;
-  ~Descriptor() {
+  ReadDescriptor(const ReadDescriptor&) = delete;
+  ReadDescriptor& operator=(const ReadDescriptor&) = delete;
+  ~ReadDescriptor() {
     if (is_open()) close(number_);
   }
   [[nodiscard]] bool is_open() const noexcept { return number_ >= 0; }
@@ -39,7 +39,7 @@ std::string kind_of(mode_t mode) {
 }
 
 // The size of a regular file.
-tl::expected<std::uint64_t, std::string> size_of(const Descriptor& file) {
+tl::expected<std::uint64_t, std::string> size_of(const ReadDescriptor& file) {
   if (!file.is_open()) return unreadable(std::strerror(errno));
   struct stat status {};
   if (fstat(file.number(), &status) != 0) return unreadable(std::strerror(errno));
@@ -73,7 +73,7 @@ class FileBytes final : public Bytes {
   }
 
  private:
-  Descriptor file_;
+  ReadDescriptor file_;
   std::size_t size_ = 0;
 };
 
@@ -82,7 +82,7 @@ class FileBytes final : public Bytes {
 std::unique_ptr<Bytes> bytes_of(const std::filesystem::path& path) { return std::make_unique<FileBytes>(path); }
 
 tl::expected<std::string, std::string> read_file(const std::filesystem::path& path, const FileLimit& limit) {
-  const Descriptor file(path);
+  const ReadDescriptor file(path);
   const auto size = size_of(file);
   if (!size) return tl::unexpected(size.error());
   if (*size > limit.bytes) return too_large(limit);

@@ -43,7 +43,7 @@ std::optional<Vec3> anchor_of(const Scene& scene, std::size_t particle) {
 constexpr double infinity = std::numeric_limits<double>::infinity();
 
 // The box around points, of which each rank has some.
-struct Box {
+struct StartBox {
   Vec3 low{infinity, infinity, infinity};
   Vec3 high{-infinity, -infinity, -infinity};
 
@@ -67,7 +67,7 @@ Origin origin_each(const SceneFile& file, Ranks& ranks) {
     const Vec3 near = anchor_of(file.scene, i).value_or(value_of(file.particles.position, i));
     if (size_of(near) >= home) each[i] = whole(near);
   }
-  Box box;
+  StartBox box;
   for (const Vec3& x : each) box.take(x);
   box.take_of_others(ranks);
   if (box.low != box.high) return Origin(std::move(each));
@@ -78,7 +78,7 @@ Origin origin_each(const SceneFile& file, Ranks& ranks) {
 
 // Whether the box around more of these may be small for how far out it is. A few particles of a large scene that is drawn
 // around home tell that it is not.
-bool may_be_worth(const Box& box, const UniformVectors& drawn) {
+bool may_be_worth(const StartBox& box, const UniformVectors& drawn) {
   constexpr double rounding = 1 + 1e-9;
   Vec3 reach, farthest;  // the least half of a side, and the most that the middle may be from 0
   for (std::size_t axis = 0; axis < 3; ++axis) {
@@ -89,10 +89,10 @@ bool may_be_worth(const Box& box, const UniformVectors& drawn) {
   return is_worth(reach, farthest);
 }
 
-Box box_of(const SceneFile& file) {
+StartBox box_of(const SceneFile& file) {
   const auto* drawn = std::get_if<UniformVectors>(&file.particles.position);
   constexpr std::size_t often = 4096;
-  Box box;
+  StartBox box;
   for (std::size_t i = 0; i < file.particles.count; ++i) {
     box.take(value_of(file.particles.position, i));
     if (drawn != nullptr && i % often == often - 1 && !may_be_worth(box, *drawn)) break;
@@ -101,7 +101,7 @@ Box box_of(const SceneFile& file) {
 }
 
 Origin origin_of_all(const SceneFile& file, Ranks& ranks) {
-  Box box = box_of(file);
+  StartBox box = box_of(file);
   if (is_split_by_ranges(file, ranks)) box.take_of_others(ranks);
   const Vec3& low = box.low;
   const Vec3& high = box.high;

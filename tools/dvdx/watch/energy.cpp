@@ -62,7 +62,7 @@ struct Potential {
 
 // Adds the energy that a network stores, in the order in which it is summed.
 template <class T>
-struct Stored {
+struct StoredEnergy {
   const SceneFile& file;
   const State<T>& state;
   const Held& held;
@@ -142,7 +142,7 @@ void add_particles(const SceneFile& file, const State<T>& state, const Held& hel
 template <class T>
 void add_networks(const SceneFile& file, std::span<const Network> networks, const State<T>& state, const Held& held,
                   EnergySum& sum) {
-  for (const auto& network : networks) std::visit(Stored<T>{file, state, held, sum, torn_springs(network)}, network);
+  for (const auto& network : networks) std::visit(StoredEnergy<T>{file, state, held, sum, torn_springs(network)}, network);
 }
 
 template <class T>
