@@ -16,9 +16,9 @@ using Face = std::vector<std::uint32_t>;
 double distance(const Vec3& a, const Vec3& b) { return std::hypot(b[0] - a[0], b[1] - a[1], b[2] - a[2]); }
 
 // Sets that are joined two by two, each named by its lowest member.
-class WeldedVertices {
+class DisjointSets {
  public:
-  explicit WeldedVertices(std::size_t members) : up_(members) { std::iota(up_.begin(), up_.end(), 0U); }
+  explicit DisjointSets(std::size_t members) : up_(members) { std::iota(up_.begin(), up_.end(), 0U); }
   std::uint32_t of(std::uint32_t member) {
     while (up_[member] != member) member = up_[member] = up_[up_[member]];
     return member;
@@ -82,7 +82,7 @@ std::vector<std::uint32_t> all_of(std::size_t count) {
 std::vector<std::uint32_t> firsts(std::span<const Vec3> places, std::optional<double> weld) {
   auto order = all_of(places.size());
   if (!weld) return order;
-  WeldedVertices together(places.size());
+  DisjointSets together(places.size());
   if (*weld > 0) {
     for_each_close_pair(places, order, *weld + rounding_of(places),
                         [&](std::uint32_t a, std::uint32_t b, double) { together.join(a, b); });
@@ -156,7 +156,7 @@ MeshFile reduced(const MeshFile& file, const Numbering& numbering) {
 void look_at_pieces(const MeshFile& mesh, MeshFacts& facts) {
   constexpr double near = 1e-3;  // of a side: seams that exporters write are far closer, and layers of cloth are farther apart
   const auto edges = edges_of(mesh);
-  WeldedVertices pieces(mesh.vertices.size());
+  DisjointSets pieces(mesh.vertices.size());
   std::vector<bool> is_joined(mesh.vertices.size(), false);
   double sides = 0;
   for (const auto& [a, b] : edges) {
