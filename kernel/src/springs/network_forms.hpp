@@ -132,10 +132,6 @@ struct NetworkInput {
 [[nodiscard]] Implicitness implicitness(const NetworkInput& in);
 [[nodiscard]] Implicitness implicitness_of_start(const NetworkInput& in);
 
-// For each spring in sweeps, 0 where it stays in a piece, or between two fixed ends; else its colour among those that lead from
-// piece to piece, from 1.
-[[nodiscard]] std::vector<std::uint32_t> colours_between_pieces(const NetworkInput& in);
-
 [[nodiscard]] bool is_any_damped(std::span<const JoinedPair> springs) noexcept;
 
 // Columns that a form refers to come from `columns`, which must live as long.

@@ -1,6 +1,7 @@
 // The springs of a scene's networks as they are stepped: as one grid, or as a list; and where each particle stands meanwhile.
 #pragma once
 
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <optional>
@@ -118,6 +119,10 @@ struct ParticleOrder {
   [[nodiscard]] std::size_t particle_of(const ParticleSpan& span, std::size_t k) const noexcept {
     const std::size_t at = span.particle + k * span.every;
     return is_listed() ? particles[at] : at;
+  }
+  // The piece of a particle, of a list in sweeps.
+  [[nodiscard]] std::size_t piece_of(std::uint32_t particle) const noexcept {
+    return static_cast<std::size_t>(std::upper_bound(pieces.begin(), pieces.end(), of[particle]) - pieces.begin()) - 1;
   }
   // None at an element between spans.
   [[nodiscard]] std::optional<std::size_t> particle_at(std::size_t element) const noexcept;

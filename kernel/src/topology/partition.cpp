@@ -11,6 +11,7 @@
 #include "scene/particle_values.hpp"
 #include "topology/list_sheet.hpp"
 #include "topology/particle_order.hpp"
+#include "topology/piece_colours.hpp"
 
 namespace dvdx {
 namespace {
@@ -92,13 +93,10 @@ struct WholeSweeps {
     for (const Kinematic& followers : scene.kinematic) {
       for (const std::size_t i : followers.particles) w[i] = 0;
     }
-    colour_of = colours_between_pieces({scene.coupling, pairs, false, w, order, {}, 0});
+    colour_of = colours_between_pieces(pairs, order, w);
     for (const std::uint32_t colour : colour_of) colours = std::max(colours, colour);
   }
-  [[nodiscard]] std::size_t piece_of(std::uint32_t particle) const {
-    const auto& pieces = order.pieces;
-    return static_cast<std::size_t>(std::upper_bound(pieces.begin(), pieces.end(), order.of[particle]) - pieces.begin()) - 1;
-  }
+  [[nodiscard]] std::size_t piece_of(std::uint32_t particle) const { return order.piece_of(particle); }
 
   std::vector<JoinedPair> pairs;
   ParticleOrder order;

@@ -9,6 +9,7 @@
 #include "springs/network_forms.hpp"
 #include "springs/sweep/sweep_scheme.hpp"
 #include "topology/colouring.hpp"
+#include "topology/piece_colours.hpp"
 
 // The equation that the sweeps solve, and the use of its solution: springs/sweep/sweep_scheme.cpp. They visit one spring after the
 // other, each of which moves its ends by  -+ w n d_lambda:
@@ -460,9 +461,7 @@ std::vector<Colour> colours_of(const NetworkInput& in, const SpringIndices& spri
 Coloured coloured(const NetworkInput& in) {
   const std::vector<std::size_t>& pieces = in.order.pieces;
   const auto element = [&](std::uint32_t i) { return in.order.of[i]; };
-  const auto piece = [&](std::uint32_t i) {
-    return static_cast<std::size_t>(std::upper_bound(pieces.begin(), pieces.end(), element(i)) - pieces.begin()) - 1;
-  };
+  const auto piece = [&](std::uint32_t i) { return in.order.piece_of(i); };
   SpringIndices by_element;
   for (std::size_t s = 0; s < in.springs.size(); ++s) {
     if (in.w[in.springs[s].a] != 0 || in.w[in.springs[s].b] != 0) by_element.push_back(s);
@@ -477,15 +476,14 @@ Coloured coloured(const NetworkInput& in) {
   Coloured found{.within = std::vector<std::vector<Colour>>(pieces.size() - 1), .between = {}};
   if (in.sweeps != nullptr) found.between.resize(in.sweeps->colours);
   std::vector<SpringIndices> within(pieces.size() - 1);
-  Colouring between(in.w.size());
+  const std::vector<std::uint32_t> colour_of =
+      in.sweeps != nullptr ? in.sweeps->colour_of : colours_between_pieces(in.springs, in.order, in.w);
   for (const std::size_t s : by_element) {
     const JoinedPair& spring = in.springs[s];
     if (piece(spring.a) == piece(spring.b)) {
       within[piece(spring.a)].push_back(s);
-    } else if (in.sweeps != nullptr) {
-      put(found.between, in.sweeps->colour_of[s] - 1, s);
     } else {
-      put(found.between, between.add(std::array{spring.a, spring.b}), s);
+      put(found.between, colour_of[s] - 1, s);
     }
   }
   std::vector<std::array<std::uint32_t, 2>> elements;
@@ -495,20 +493,6 @@ Coloured coloured(const NetworkInput& in) {
   for (std::size_t n = 0; n < within.size(); ++n) found.within[n] = colours_of(in, within[n], fours, colouring);
   return found;
 }
-
-}  // namespace
-
-std::vector<std::uint32_t> colours_between_pieces(const NetworkInput& in) {
-  std::vector<std::uint32_t> colour_of(in.springs.size(), 0);
-  std::uint32_t colour = 0;
-  for (const SpringIndices& range : coloured(in).between) {
-    ++colour;
-    for (const std::size_t s : range) colour_of[s] = colour;
-  }
-  return colour_of;
-}
-
-namespace {
 
 // Lays springs out in a form, range by range.
 template <class T>
