@@ -237,7 +237,7 @@ double longest_unflushed_step(Isa isa) {
       block.v[axis] = held.state.v[axis].base;
     }
     block.count = in_cache;
-    auto work = [&] { motion.kernels->at(motion.flow, motion.extra)(block, motion.terms, {&offsets, 0, stretch}); };
+    auto work = [&] { motion.kernels->at(motion.flow, motion.features)(block, motion.terms, {&offsets, 0, stretch}); };
     for (double& seconds : shortest) {
       const double taken = time_of(work, 1, Timer::thread);
       seconds = attempt == 0 ? taken : std::min(seconds, taken);

@@ -39,7 +39,7 @@ int main() {
                        .most_lifetime = 2.0,
                        .seed = 7,
                        .motion = static_cast<std::size_t>(hand)};
-  dvdx::Turnover turnover{.emitters = {}, .removal = {}, .capacity = capacity};
+  dvdx::Lifecycle turnover{.emitters = {}, .removal = {}, .capacity = capacity};
   const dvdx::EmitterId jet = add_emitter(turnover, nozzle);
   auto plan = dvdx::compile<float>(scene, turnover, {.step = 1.0 / 60});
   if (!plan) return std::puts(plan.error().message().c_str()), 1;

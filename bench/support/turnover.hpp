@@ -11,7 +11,7 @@
 namespace dvdx::bench {
 
 // A jet whose particles live for 1/share steps on average, from half of that to half as much again.
-inline Turnover jet(std::size_t count, double share, SurvivorOrder order) {
+inline Lifecycle jet(std::size_t count, double share, SurvivorOrder order) {
   const double life = frame / share;
   return {.emitters = {{.shape = Disc{.radius = 0.2},
                         .rate = static_cast<double>(count) * share / frame,
@@ -26,7 +26,7 @@ inline Turnover jet(std::size_t count, double share, SurvivorOrder order) {
 
 // Stepped until as many die as are born.
 struct Jet {
-  std::shared_ptr<LivePlan<float>> plan;
+  std::shared_ptr<LifecyclePlan<float>> plan;
   Held<float> held, lives;
   std::shared_ptr<LiveState<float>> live;
   std::size_t steps = 1;
@@ -35,10 +35,10 @@ struct Jet {
 };
 
 inline Jet make_jet(const Scene& scene, std::size_t count, double share, std::size_t steps, int threads, SurvivorOrder order) {
-  const Turnover turnover = jet(count, share, order);
+  const Lifecycle turnover = jet(count, share, order);
   auto plan = compile<float>(scene, turnover, Options{});
   if (!plan) return {};
-  Jet made{.plan = std::make_shared<LivePlan<float>>(std::move(*plan)),
+  Jet made{.plan = std::make_shared<LifecyclePlan<float>>(std::move(*plan)),
            .held = hold_padded<float>(turnover.capacity),
            .lives = hold_padded<float>(turnover.capacity),
            .live = std::make_shared<LiveState<float>>(),

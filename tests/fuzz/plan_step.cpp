@@ -164,7 +164,7 @@ constexpr std::size_t most_births = 16;
 // Balls that meet and also come and go: as random ones, without what they may not have then.
 struct LiveBalls {
   RandomScene random;
-  Turnover turnover;
+  Lifecycle turnover;
 };
 std::optional<LiveBalls> live_balls(Choices& choices, const RandomScene& of) {
   if (choices.below(2) != 1 || !of.scene.meet || !of.scene.meet->radius || of.step <= 0) return std::nullopt;

@@ -141,7 +141,7 @@ void check_turns(const NamedScene& scene, Arithmetic arithmetic, Isa isa, const 
 
 // Which flow and extras a scene compiles to.
 template <class T>
-std::pair<Flow, Extras> path_of(const NamedScene& scene, std::size_t count) {
+std::pair<Flow, StepFeatures> path_of(const NamedScene& scene, std::size_t count) {
   Batch<T> batch(Layout::soa, count);
   test::place(batch.view());
   std::vector<Vec3> start(count);
@@ -151,7 +151,7 @@ std::pair<Flow, Extras> path_of(const NamedScene& scene, std::size_t count) {
   const ShapeMemories<T> shapes(scene.scene.contacts.size());
   const FreeMotion<T> motion(scene.scene, {.step = scene.step}, find_passes(Isa::reference)->template of<T>().free, count,
                              start, shapes);
-  return {motion.flow, motion.extra};
+  return {motion.flow, motion.features};
 }
 
 // Every `every`th scene from one on in turn `turn` and on, so that together they meet every turn.
@@ -161,7 +161,7 @@ void check_medium(Arithmetic arithmetic, std::size_t count, std::size_t steps, s
   std::size_t n = 0;
   for (const NamedScene& scene : test::all_scenes(count)) {
     const bool is_busy = !scene.scene.contacts.empty();  // contacts take most of the time
-    if (is_busy && path_of<T>(scene, count).second != Extras::radial_contact) continue;
+    if (is_busy && path_of<T>(scene, count).second != StepFeatures::radial_contact) continue;
     if (n++ % every != from) continue;
     const std::vector<T> wanted = expected<T>(scene, arithmetic, count, steps);
     for (const Isa isa : available_isas(arithmetic)) {
@@ -174,15 +174,15 @@ void check_medium(Arithmetic arithmetic, std::size_t count, std::size_t steps, s
 }
 
 TEST_CASE("the scenes of the bit tests reach every flow with every extra pass") {
-  std::set<std::pair<Flow, Extras>> f32, f64;
+  std::set<std::pair<Flow, StepFeatures>> f32, f64;
   for (const NamedScene& scene : test::all_scenes(5)) {
     f32.insert(path_of<float>(scene, 5));
     f64.insert(path_of<double>(scene, 5));
   }
-  CHECK(f32.size() == flows * extras);
+  CHECK(f32.size() == flows * feature_sets);
   std::size_t without_shears = 0;  // float64 has no need of them
   for (std::size_t flow = 0; flow < flows; ++flow) without_shears += is_shear(static_cast<Flow>(flow)) ? 0U : 1U;
-  CHECK(f64.size() == without_shears * extras);
+  CHECK(f64.size() == without_shears * feature_sets);
 }
 
 TEST_CASE_TEMPLATE("same bits on every ISA and in every layout at counts 0 to 33, separate", T, float, double) {
@@ -204,11 +204,11 @@ TEST_CASE_TEMPLATE("same bits with every layout, block and thread count at 4097 
   std::size_t first = 0;  // goes on from ISA to ISA, so that all of a scene's together meet every turn
   for (const NamedScene& scene : test::affine_scenes(4097)) {
     if (scene.name != "rate fused" && scene.name != "shear, an anchor each") continue;
-    for (const Extras extra : {Extras::none, Extras::radial_contact}) {
-      const NamedScene busy = test::with(scene, extra);
+    for (const StepFeatures features : {StepFeatures::none, StepFeatures::radial_contact}) {
+      const NamedScene busy = test::with(scene, features);
       const std::vector<T> wanted = expected<T>(busy, Arithmetic::separate, 4097, 17);
       const std::vector<Isa> isas = available_isas();
-      const std::size_t turns = extra == Extras::none ? (40 + isas.size() - 1) / isas.size() : 2;
+      const std::size_t turns = features == StepFeatures::none ? (40 + isas.size() - 1) / isas.size() : 2;
       for (const Isa isa : isas) {
         check_turns(busy, Arithmetic::separate, isa, wanted, 17, first, turns);
         first += turns;
@@ -221,7 +221,7 @@ TEST_CASE_TEMPLATE("same bits with many particles" * doctest::test_suite("long")
   constexpr std::size_t steps = 2, count = steps_worth_threads / steps + 4465;
   for (const NamedScene& scene : test::affine_scenes(count)) {
     if (scene.name != "rate drift" && scene.name != "driven fused, an anchor each") continue;
-    const NamedScene busy = test::with(scene, Extras::contact);
+    const NamedScene busy = test::with(scene, StepFeatures::contact);
     const std::vector<T> wanted = expected<T>(busy, Arithmetic::separate, count, steps);
     for (const Isa isa : available_isas()) check_turns(busy, Arithmetic::separate, isa, wanted, steps, 0, 2);
   }

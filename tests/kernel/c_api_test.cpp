@@ -694,22 +694,22 @@ void check_live(dvdx::SurvivorOrder order) {
 
   Scene scene;
   scene.add(Constant{.acceleration = {0, -9.81, 0}});
-  const Turnover turnover{.emitters = {{.shape = Disc{.center = {0, 1, 0}, .normal = {0, 1, 0}, .radius = 1},
-                                        .rate = 2000,
-                                        .velocity = {0, 3, 0},
-                                        .spread = 0.5,
-                                        .least_lifetime = 0.2,
-                                        .most_lifetime = 0.6,
-                                        .seed = 7},
-                                       {.shape = Box{.min = {0, 0, 0}, .max = {2, 2, 0}},
-                                        .rate = 500,
-                                        .start = 0.1,
-                                        .end = 0.1 + 0.25,
-                                        .spread = Vec3{1, 0, 1}}},
-                          .removal = {.boundaries = {{.normal = {0, 2, 0}, .offset = -0.5}},
-                                      .outside = Box{.min = {-9, -9, -9}, .max = {1.75, 9, 0.8}},
-                                      .order = order},
-                          .capacity = Living::capacity};
+  const Lifecycle turnover{.emitters = {{.shape = Disc{.center = {0, 1, 0}, .normal = {0, 1, 0}, .radius = 1},
+                                         .rate = 2000,
+                                         .velocity = {0, 3, 0},
+                                         .spread = 0.5,
+                                         .least_lifetime = 0.2,
+                                         .most_lifetime = 0.6,
+                                         .seed = 7},
+                                        {.shape = Box{.min = {0, 0, 0}, .max = {2, 2, 0}},
+                                         .rate = 500,
+                                         .start = 0.1,
+                                         .end = 0.1 + 0.25,
+                                         .spread = Vec3{1, 0, 1}}},
+                           .removal = {.boundaries = {{.normal = {0, 2, 0}, .offset = -0.5}},
+                                       .outside = Box{.min = {-9, -9, -9}, .max = {1.75, 9, 0.8}},
+                                       .order = order},
+                           .capacity = Living::capacity};
   const auto plan = compile<double>(scene, turnover, {.step = 1.0 / 64});
   REQUIRE(plan.has_value());
   Soa<double> memory(Living::capacity), lives(Living::capacity);
@@ -814,7 +814,7 @@ TEST_CASE("c: a body and a nozzle on a motion are driven in a live plan and in w
                        .most_lifetime = 0.6,
                        .seed = 7,
                        .motion = 0};
-  const Turnover turnover{
+  const Lifecycle turnover{
       .emitters = {nozzle}, .removal = {.boundaries = {{.normal = {0, 2, 0}, .offset = -0.5}}}, .capacity = Living::capacity};
   auto plan = compile<double>(scene, turnover, {.step = 1.0 / 64});
   REQUIRE(plan.has_value());

@@ -291,7 +291,7 @@ TEST_CASE("Choices that are none are refused by name") {
     const auto k = static_cast<std::size_t>(field);
     CHECK(message(joined, {}) == std::string(names[k]) + " is 99: must be a choice from 0 to " + most[k]);
   }
-  Turnover turnover;
+  Lifecycle turnover;
   turnover.capacity = 4;
   turnover.removal.not_finite = static_cast<NotFinite>(99);
   CHECK(compile<float>(dvdx::Scene{}, turnover, {}).error().message() == "removal.not_finite" + of_2);

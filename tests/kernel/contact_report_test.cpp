@@ -571,7 +571,7 @@ TEST_CASE_TEMPLATE("report: of particles that come and go", T, float, double) {
   Scene scene = falling(0.01);
   scene.add(Plane{.normal = {0, 1, 0}, .restitution = 0.4});
   for (const SurvivorOrder order : {SurvivorOrder::kept, SurvivorOrder::any}) {
-    Turnover turnover;
+    Lifecycle turnover;
     turnover.capacity = 1024;
     turnover.emitters = {{.shape = Disc{.center = {0, 0.1, 0}, .radius = 0.05},
                           .rate = 1500,

@@ -119,7 +119,7 @@ TEST_CASE("the caller's control register comes back as it was, flags and modes")
 
 TEST_CASE("the workers' control registers come back as they were, and do not show in the result" *
           doctest::test_suite("threads")) {
-  const Plan<float> plan = make_plan<float>(test::with(decaying(), Extras::contact));
+  const Plan<float> plan = make_plan<float>(test::with(decaying(), StepFeatures::contact));
   const std::vector<float> wanted = result(plan);
   for (const unsigned mode : odd_modes) {
     mode_of_worker = mode;

@@ -642,13 +642,14 @@ std::uint64_t compensated_hash(const Scene& scene, double step, std::size_t part
 // Every flow as it is, with contacts, with radial springs and with both.
 Cases compensated_cases() {
   Cases cases;
-  for (const auto& [extra, name] : {std::pair{Extras::none, "every flow"}, std::pair{Extras::contact, "contacts"},
-                                    std::pair{Extras::radial, "radial springs"}, std::pair{Extras::radial_contact, "both"}}) {
-    const auto run = [extra = extra](Isa isa, Arithmetic) {
+  for (const auto& [features, name] :
+       {std::pair{StepFeatures::none, "every flow"}, std::pair{StepFeatures::contact, "contacts"},
+        std::pair{StepFeatures::radial, "radial springs"}, std::pair{StepFeatures::radial_contact, "both"}}) {
+    const auto run = [features = features](Isa isa, Arithmetic) {
       const auto place = [](State<float>& state) { test::place(state); };
       std::uint64_t sum = hash_start;
       for (const test::NamedScene& scene : test::affine_scenes(count)) {
-        sum = hash(sum, std::vector{compensated_hash(test::with(scene, extra).scene, scene.step, count, 10, isa, place)});
+        sum = hash(sum, std::vector{compensated_hash(test::with(scene, features).scene, scene.step, count, 10, isa, place)});
       }
       return sum;
     };
@@ -676,7 +677,7 @@ Column<T> column_of(std::vector<T>& values) {
 // The hash of the particles alive at the end, with ages, lifetimes and a column that is carried, and of how many were born,
 // removed and dropped.
 template <class T>
-std::uint64_t live_hash(std::uint64_t sum, const Turnover& turnover, Isa isa) {
+std::uint64_t live_hash(std::uint64_t sum, const Lifecycle& turnover, Isa isa) {
   constexpr double step = 1.0 / 64;
   Scene scene;
   scene.mass = 0.01;
@@ -727,7 +728,7 @@ Cases live_cases() {
                     .not_finite = NotFinite::removed};
   Removal without_order = all;
   without_order.order = SurvivorOrder::any;
-  const std::pair<const char*, Turnover> turnovers[] = {
+  const std::pair<const char*, Lifecycle> turnovers[] = {
       {"births at a point", {.emitters = {jet}, .capacity = 900}},
       {"births on a disc", {.emitters = {disc}, .capacity = 900}},
       {"births in a box", {.emitters = {box}, .capacity = 900}},

@@ -118,7 +118,7 @@ TEST_CASE_TEMPLATE("every ISA has a table of its own, of its own width and its o
       const Kernels<T>* kernels = &passes->of<T>();
       CHECK(kernels->free.lanes == lanes_of<T>(isa));
       const std::size_t kinds = 6;  // drift, fused, shear; with coefficients each
-      expected += isa == Isa::reference ? extras : 2 * flows + 2 * kinds;
+      expected += isa == Isa::reference ? feature_sets : 2 * flows + 2 * kinds;
       for (const auto& flow : kernels->free.step) {
         for (const StepBlock<T> step : flow) {
           CHECK((step != nullptr));
@@ -156,9 +156,9 @@ TEST_CASE("a step runs the functions of its program's table and no others") {
                                                       compiled->start, compiled->shapes);
     CHECK(motion->kernels == &passes.f32.free);
     FreeKernels<float> table = *motion->kernels;
-    spied = table.at(motion->flow, motion->extra);
+    spied = table.at(motion->flow, motion->features);
     for (auto& flow : table.step) flow.fill(nullptr);
-    table.step[static_cast<std::size_t>(motion->flow)][static_cast<std::size_t>(motion->extra)] = spy;
+    table.step[static_cast<std::size_t>(motion->flow)][static_cast<std::size_t>(motion->features)] = spy;
     motion->kernels = &table;
     compiled->motion = std::move(motion);
     const Plan<float> plan(new Plan<float>::Parts(SharedScene<float>(compiled)));

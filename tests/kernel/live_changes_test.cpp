@@ -37,8 +37,8 @@ Emitter nozzle() {
 }
 
 template <class T>
-LivePlan<T> plan_of(const Emitter& emitter, double h, const Vec3& g = {0, -9.81, 0},
-                    SurvivorOrder order = SurvivorOrder::kept) {
+LifecyclePlan<T> plan_of(const Emitter& emitter, double h, const Vec3& g = {0, -9.81, 0},
+                         SurvivorOrder order = SurvivorOrder::kept) {
   Scene scene;
   scene.add(Constant{.acceleration = g});
   scene.add(Plane{.restitution = 0.5});
@@ -51,8 +51,8 @@ TEST_CASE_TEMPLATE("live changes: another step, force and emitter give the bits 
                    float, double) {
   for (const SurvivorOrder order : {SurvivorOrder::kept, SurvivorOrder::any}) {
     Sparks<T> one, two;
-    LivePlan<T> changed = plan_of<T>(nozzle(), 1.0 / 32, {0, -9.81, 0}, order);
-    LivePlan<T> first = plan_of<T>(nozzle(), 1.0 / 32, {0, -9.81, 0}, order);
+    LifecyclePlan<T> changed = plan_of<T>(nozzle(), 1.0 / 32, {0, -9.81, 0}, order);
+    LifecyclePlan<T> first = plan_of<T>(nozzle(), 1.0 / 32, {0, -9.81, 0}, order);
     REQUIRE(changed.step(one.live, 8) == StepResult::done);
     REQUIRE(first.step(two.live, 8) == StepResult::done);
     Emitter moved = nozzle();
@@ -77,7 +77,7 @@ TEST_CASE_TEMPLATE("live changes: another step, force and emitter give the bits 
 
 TEST_CASE("live changes: a burst is so many births at once, which draw numbers of their own") {
   Sparks<double> sparks;
-  const LivePlan<double> plan = plan_of<double>(nozzle(), 1.0 / 32);
+  const LifecyclePlan<double> plan = plan_of<double>(nozzle(), 1.0 / 32);
   REQUIRE(plan.step(sparks.live) == StepResult::done);
   REQUIRE(plan.burst(sparks.live, 0, 100).has_value());
   CHECK(sparks.live.state.count == 110);
@@ -99,8 +99,8 @@ TEST_CASE("live changes: a burst is so many births at once, which draw numbers o
 
 TEST_CASE("live changes: a clone steps a state of its own, and keeps what it had") {
   Sparks<float> one, two;
-  LivePlan<float> plan = plan_of<float>(nozzle(), 1.0 / 32);
-  const LivePlan<float> clone = plan.clone();
+  LifecyclePlan<float> plan = plan_of<float>(nozzle(), 1.0 / 32);
+  const LifecyclePlan<float> clone = plan.clone();
   REQUIRE(plan.set_contact(0, Plane{.offset = 1}).has_value());
   REQUIRE(plan.step(one.live, 24) == StepResult::done);
   REQUIRE(clone.step(two.live, 24) == StepResult::done);
@@ -115,7 +115,7 @@ TEST_CASE("live changes: a clone steps a state of its own, and keeps what it had
 
 TEST_CASE("live changes: misuse is an error that names what is wrong, and changes nothing") {
   Sparks<float> sparks;
-  LivePlan<float> plan = plan_of<float>(nozzle(), 1.0 / 32);
+  LifecyclePlan<float> plan = plan_of<float>(nozzle(), 1.0 / 32);
   CHECK(plan.set_step(0).error().field == "step");
   CHECK(plan.set_step(-1).error().field == "step");
   CHECK(plan.set_force(1, Constant{}).error().field == "forces[1]");
@@ -128,7 +128,7 @@ TEST_CASE("live changes: misuse is an error that names what is wrong, and change
   CHECK(plan.plan().step_size() == 1.0 / 32);
   sparks.live.state.v[1].base = nullptr;
   CHECK(plan.step(sparks.live) == StepResult::capacity_too_small);
-  const LivePlan<float> taken = std::move(plan);
+  const LifecyclePlan<float> taken = std::move(plan);
   CHECK(plan.step(sparks.live) == StepResult::moved_from);
   CHECK(plan.set_step(1).error().field == "plan");
   CHECK(plan.burst(sparks.live, 0, 1).error().field == "plan");

@@ -105,7 +105,7 @@ class Alive {
 };
 
 template <class T>
-LivePlan<T> made(const Scene& scene, const Turnover& turnover, Options options = {.step = h}) {
+LifecyclePlan<T> made(const Scene& scene, const Lifecycle& turnover, Options options = {.step = h}) {
   auto plan = compile<T>(scene, turnover, options);
   REQUIRE_MESSAGE(plan.has_value(), plan.error().message());
   return std::move(*plan);
@@ -128,10 +128,10 @@ Emitter hose(double rate) {
           .seed = 5};
 }
 
-Turnover poured(std::size_t capacity, double rate) { return {.emitters = {hose(rate)}, .removal = {}, .capacity = capacity}; }
+Lifecycle poured(std::size_t capacity, double rate) { return {.emitters = {hose(rate)}, .removal = {}, .capacity = capacity}; }
 
 template <class T>
-void step(const LivePlan<T>& plan, Alive<T>& alive, std::size_t steps = 1) {
+void step(const LifecyclePlan<T>& plan, Alive<T>& alive, std::size_t steps = 1) {
   REQUIRE(plan.step(alive.live, steps) == StepResult::done);
 }
 
@@ -165,8 +165,8 @@ TEST_CASE_TEMPLATE("balls of which none come and go step as a plan's do, to the 
 }
 
 // Births, deaths in the middle and at the edge, a full capacity.
-Turnover with_deaths() {
-  Turnover turnover = poured(130, 450);
+Lifecycle with_deaths() {
+  Lifecycle turnover = poured(130, 450);
   turnover.emitters[0].least_lifetime = 0.2;
   turnover.emitters[0].most_lifetime = 0.7;
   turnover.removal.boundaries = {{.normal = {-1, 0, 0}, .offset = -0.155}};
@@ -201,7 +201,7 @@ TEST_CASE("threads change no bit where there are enough for them to take part") 
   scene.add(Plane{.normal = {0, 1, 0}, .offset = 0, .friction = 0.4});
   scene.add(Meet{.radius = r});
   scene.coupling.substeps = 2;
-  Turnover turnover = poured(capacity, 6000);
+  Lifecycle turnover = poured(capacity, 6000);
   turnover.emitters[0].shape = Box{.min = {-1, 1, -1}, .max = {1, 2, 1}};
   const auto plan = made<float>(scene, turnover);
   const auto fill = [](Alive<float>& alive) {
@@ -228,7 +228,7 @@ TEST_CASE_TEMPLATE("a run goes on elsewhere from any step: no bit depends on whe
   Alive<T> expected(130);
   const auto plan = made<T>(scene, with_deaths());
   step(plan, expected, 30);
-  auto before = std::make_unique<LivePlan<T>>(made<T>(scene, with_deaths()));
+  auto before = std::make_unique<LifecyclePlan<T>>(made<T>(scene, with_deaths()));
   auto state = std::make_unique<Alive<T>>(130);
   Alive<T> forgetful(130);
   step(*before, *state, 10);
@@ -236,7 +236,7 @@ TEST_CASE_TEMPLATE("a run goes on elsewhere from any step: no bit depends on whe
   for (std::size_t n = 0; n < 20; ++n) {
     auto other = std::make_unique<Alive<T>>(130);
     other->take(state->live);
-    auto next = std::make_unique<LivePlan<T>>(made<T>(scene, with_deaths()));
+    auto next = std::make_unique<LifecyclePlan<T>>(made<T>(scene, with_deaths()));
     REQUIRE(next->restore(before->carried(state->live), other->live).has_value());
     step(*next, *other);
     std::swap(before, next);
@@ -262,7 +262,7 @@ TEST_CASE("numbers that were carried from elsewhere are refused") {
   CHECK_FALSE(plan.restore(carried, few.live).has_value());
   carried.pop_back();
   CHECK_FALSE(plan.restore(carried, alive.live).has_value());
-  Turnover turnover = poured(100, 400);
+  Lifecycle turnover = poured(100, 400);
   Scene scene = box();
   scene.meet.reset();
   CHECK(made<double>(scene, turnover).carried(alive.live).empty());
@@ -271,7 +271,7 @@ TEST_CASE("numbers that were carried from elsewhere are refused") {
 // ---- piles ----------------------------------------------------------------------------------------------------------------
 
 TEST_CASE_TEMPLATE("a pile is poured, settles without overlap, and drains", T, float, double) {
-  Turnover turnover = poured(300, 400);
+  Lifecycle turnover = poured(300, 400);
   turnover.emitters[0].end = 0.6;
   turnover.removal.boundaries = {{.normal = {0, 1, 0}, .offset = -0.3}};
   Scene scene = box();
@@ -292,7 +292,7 @@ TEST_CASE_TEMPLATE("a pile is poured, settles without overlap, and drains", T, f
 }
 
 TEST_CASE("a full capacity drops births and keeps what lives") {
-  Turnover turnover = poured(50, 2000);
+  Lifecycle turnover = poured(50, 2000);
   const auto plan = made<double>(box(), turnover);
   Alive<double> alive(50);
   step(plan, alive, 60);
@@ -333,7 +333,7 @@ std::vector<double> renumbered(const std::vector<double>& carried, const std::ve
 }
 
 TEST_CASE_TEMPLATE("what keeps balls apart stays with them when others before them die", T, float, double) {
-  Turnover turnover = poured(1300, 0);
+  Lifecycle turnover = poured(1300, 0);
   const auto plan = made<T>(box(), turnover);
   Alive<T> alive(1300);
   alive.add(test::heap(1280, 8, 2 * r));  // more than a task
@@ -374,7 +374,7 @@ TEST_CASE("a ball that dies in a pile leaves a hole, and the others sink into it
 // ---- births ---------------------------------------------------------------------------------------------------------------
 
 TEST_CASE_TEMPLATE("balls that are born within each other part slowly", T, float, double) {
-  Turnover turnover = poured(40, 0);
+  Lifecycle turnover = poured(40, 0);
   turnover.emitters[0].shape = Vec3{0.09, 0.02, 0.09};
   turnover.emitters[0].velocity = {};
   turnover.emitters[0].spread = 0.001;
@@ -463,7 +463,7 @@ TEST_CASE("a tray that is lifted carries what lies on it, in the plan's and in a
   scene.motions.emplace_back();
   scene.add(Plane{.normal = {0, 1, 0}, .offset = 0, .friction = 0.5, .motion = 0});
   scene.add(Meet{.radius = r});
-  Turnover turnover = poured(20, 30);
+  Lifecycle turnover = poured(20, 30);
   turnover.emitters[0].shape = Vec3{0.5, 0.2, 0};
   turnover.emitters[0].motion = 0;
   auto plan = made<double>(scene, turnover);
@@ -540,27 +540,27 @@ TEST_CASE("too many neighbours end a call at a step's beginning") {
 TEST_CASE("balls that come and go and cannot meet are refused by name") {
   const auto refusal = [](const auto& change, Options options = {.step = h}) {
     Scene scene = box();
-    Turnover turnover = poured(10, 10);
+    Lifecycle turnover = poured(10, 10);
     change(scene, turnover);
     const auto plan = compile<double>(scene, turnover, options);
     return plan ? std::string() : plan.error().message();
   };
-  CHECK(refusal([](Scene&, Turnover&) {}).empty());
-  CHECK(refusal([](Scene& scene, Turnover&) { scene.meet->radius = Scalars(std::vector<double>(10, r)); }) ==
+  CHECK(refusal([](Scene&, Lifecycle&) {}).empty());
+  CHECK(refusal([](Scene& scene, Lifecycle&) { scene.meet->radius = Scalars(std::vector<double>(10, r)); }) ==
         "meet.radius is given for each particle: must be alike for all particles where they come and go");
-  CHECK(refusal([](Scene& scene, Turnover&) { *scene.meet = Meet{.thickness = r}; }) ==
+  CHECK(refusal([](Scene& scene, Lifecycle&) { *scene.meet = Meet{.thickness = r}; }) ==
         "meet.thickness is there: must be left out where particles come and go: balls have a radius");
-  CHECK(refusal([](Scene& scene, Turnover&) { scene.meet->groups = MeetGroups{}; }) ==
+  CHECK(refusal([](Scene& scene, Lifecycle&) { scene.meet->groups = MeetGroups{}; }) ==
         "meet.groups is there: must be left out where particles come and go");
-  CHECK(refusal([](Scene& scene, Turnover&) { scene.meet->near_at_start = NearAtStart::pass; }) ==
+  CHECK(refusal([](Scene& scene, Lifecycle&) { scene.meet->near_at_start = NearAtStart::pass; }) ==
         "meet.near_at_start is pass: must be left out where particles come and go, or meet");
-  CHECK(refusal([](Scene&, Turnover& turnover) { turnover.removal.order = SurvivorOrder::any; }) ==
+  CHECK(refusal([](Scene&, Lifecycle& turnover) { turnover.removal.order = SurvivorOrder::any; }) ==
         "removal.order is any: must be kept where particles meet");
-  CHECK(refusal([](Scene& scene, Turnover&) { scene.meet->radius = -1.0; }) ==
+  CHECK(refusal([](Scene& scene, Lifecycle&) { scene.meet->radius = -1.0; }) ==
         "meet.radius is -1: must be a finite number > 0");
   Options shared{.step = h};
   shared.elsewhere.births = {.part = 0, .parts = 2, .count_all = [](void*, std::uint64_t here) noexcept { return here; }};
-  CHECK(refusal([](Scene&, Turnover&) {}, shared) == "meet is there: must be left out where parts share births");
+  CHECK(refusal([](Scene&, Lifecycle&) {}, shared) == "meet is there: must be left out where parts share births");
 }
 
 }  // namespace live_meet_test

@@ -57,7 +57,7 @@ Scene moving_bodies() {
 Pose hand(double time) { return {.translation = {std::sin(3 * time), 0.2 * std::sin(5 * time), 0}, .rotation = {0, time, 0}}; }
 
 template <class T>
-LivePlan<T> live_plan(const Scene& scene, const Turnover& turnover, double step = h) {
+LifecyclePlan<T> live_plan(const Scene& scene, const Lifecycle& turnover, double step = h) {
   auto plan = compile<T>(scene, turnover, {.step = step});
   REQUIRE_MESSAGE(plan.has_value(), plan.error().message());
   return std::move(*plan);
@@ -74,7 +74,7 @@ TEST_CASE_TEMPLATE("live motions: driven and keyed bodies have the bits of a pla
   std::fill_n(sparks.live.age.base, count, T(0));
   auto plan = compile<T>(scene, {.step = h}, state);
   REQUIRE_MESSAGE(plan.has_value(), plan.error().message());
-  LivePlan<T> live = live_plan<T>(scene, {.capacity = count});
+  LifecyclePlan<T> live = live_plan<T>(scene, {.capacity = count});
   ContactReport report(scene.contacts.size()), of_live(scene.contacts.size());
   for (int n = 1; n <= 60; ++n) {
     if (n % 3 != 0) {
@@ -104,7 +104,7 @@ TEST_CASE_TEMPLATE("live motions: a body that is carried along passes no particl
   Scene scene;
   scene.add(Motion{});
   scene.add(Sphere{.radius = 0.1, .motion = 0});
-  LivePlan<T> plan = live_plan<T>(scene, {.capacity = count});
+  LifecyclePlan<T> plan = live_plan<T>(scene, {.capacity = count});
   Sparks<T> sparks;
   sparks.live.state.count = 1;
   for (std::size_t axis = 0; axis < 3; ++axis) sparks.live.state.x[axis][0] = sparks.live.state.v[axis][0] = 0;
@@ -123,7 +123,8 @@ TEST_CASE("live motions: an emitter on a motion makes its births on the way, aim
   scene.add(Motion{});
   const Emitter nozzle{.shape = Vec3{0, 1, 0}, .rate = rate, .velocity = {0, 0, 2}, .motion = 0};
   for (const SurvivorOrder order : {SurvivorOrder::kept, SurvivorOrder::any}) {
-    LivePlan<double> plan = live_plan<double>(scene, {.emitters = {nozzle}, .removal = {.order = order}, .capacity = count});
+    LifecyclePlan<double> plan =
+        live_plan<double>(scene, {.emitters = {nozzle}, .removal = {.order = order}, .capacity = count});
     Sparks<double> sparks;
     REQUIRE(plan.set_pose(0, {.translation = {3, 0, 0}}).has_value());
     REQUIRE(plan.step(sparks.live) == StepResult::done);
@@ -151,7 +152,7 @@ TEST_CASE("live motions: an emitter on a motion makes its births on the way, aim
   }
 }
 
-Turnover fountain(SurvivorOrder order) {
+Lifecycle fountain(SurvivorOrder order) {
   return {.emitters = {{.shape = Disc{.center = {0, 1.5, 0}, .radius = 0.2},
                         .rate = 4000,
                         .velocity = {0, 2, 0},
@@ -189,8 +190,8 @@ TEST_CASE_TEMPLATE("live motions: neither threads, instruction sets nor steps a 
 
 TEST_CASE("live motions: states in workspaces of their own are driven by themselves, on threads of their own") {
   Scene scene = moving_bodies();
-  LivePlan<float> plan = live_plan<float>(scene, fountain(SurvivorOrder::kept));
-  const auto play = [&](LivePlan<float>& by, double phase) {
+  LifecyclePlan<float> plan = live_plan<float>(scene, fountain(SurvivorOrder::kept));
+  const auto play = [&](LifecyclePlan<float>& by, double phase) {
     Sparks<float> sparks(4000);
     for (int n = 1; n <= 40; ++n) {
       if (!by.set_pose(0, hand(phase + n * h)) || by.step(sparks.live) != StepResult::done) return std::uint64_t{0};
@@ -209,7 +210,7 @@ TEST_CASE("live motions: states in workspaces of their own are driven by themsel
   std::thread other(play_in_workspace, 0.5, std::ref(one));
   play_in_workspace(1.0, two);
   other.join();
-  LivePlan<float> first = plan.clone(), second = plan.clone();
+  LifecyclePlan<float> first = plan.clone(), second = plan.clone();
   CHECK(one == play(first, 0.5));
   CHECK(two == play(second, 1.0));
   CHECK(one != two);
@@ -227,7 +228,7 @@ TEST_CASE("live motions: states in workspaces of their own are driven by themsel
 }
 
 TEST_CASE("live motions: explain says that calls take one step at a time") {
-  Turnover still = fountain(SurvivorOrder::kept);
+  Lifecycle still = fountain(SurvivorOrder::kept);
   still.emitters[0].motion.reset();
   const std::string words = "one step while a chunk of 8192 particles is in cache: what follows a motion has one pose a step";
   CHECK(live_plan<float>(moving_bodies(), still).explain().find(words) != std::string::npos);
@@ -239,14 +240,14 @@ TEST_CASE("live motions: explain says that calls take one step at a time") {
 
 TEST_CASE("live motions: a state goes on in another plan with the same bits where bodies jump to where they stood") {
   const Scene scene = moving_bodies();
-  const auto drive = [](LivePlan<double>& plan, Sparks<double>& sparks, int from, int to) {
+  const auto drive = [](LifecyclePlan<double>& plan, Sparks<double>& sparks, int from, int to) {
     for (int n = from; n <= to; ++n) {
       REQUIRE(plan.set_pose(0, hand(n * h)).has_value());
       REQUIRE(plan.step(sparks.live) == StepResult::done);
     }
   };
-  LivePlan<double> whole = live_plan<double>(scene, fountain(SurvivorOrder::kept));
-  LivePlan<double> first = whole.clone(), second = whole.clone();
+  LifecyclePlan<double> whole = live_plan<double>(scene, fountain(SurvivorOrder::kept));
+  LifecyclePlan<double> first = whole.clone(), second = whole.clone();
   Sparks<double> one(4000), two(4000);
   drive(whole, one, 1, 40);
   drive(first, two, 1, 20);
@@ -258,7 +259,7 @@ TEST_CASE("live motions: a state goes on in another plan with the same bits wher
 TEST_CASE("live motions: misuse is an error or a result that names what is wrong, and changes nothing") {
   Scene scene = moving_bodies();
   Sparks<float> sparks;
-  LivePlan<float> plan = live_plan<float>(scene, {.emitters = {{.rate = 1}}, .capacity = count});
+  LifecyclePlan<float> plan = live_plan<float>(scene, {.emitters = {{.rate = 1}}, .capacity = count});
   CHECK(plan.set_pose(2, {}).error().message() == "motions[2] is not there: must be an index below 2");
   CHECK(plan.set_pose(0, {.translation = {0, std::nan(""), 0}}).error().field == "pose.translation[1]");
   CHECK(plan.set_emitter(0, {.motion = 2}).error().message() == "emitters[0].motion is 2: must be a motion's index below 2");
@@ -277,7 +278,7 @@ TEST_CASE("live motions: misuse is an error or a result that names what is wrong
   CHECK(compile<float>(scene, {.step = h}).error().field == "contacts[1].motion");  // a plan of no state
 
   LiveWorkspace<float> workspace = plan.workspace();
-  LivePlan<float> other = live_plan<float>(scene, {.capacity = count});
+  LifecyclePlan<float> other = live_plan<float>(scene, {.capacity = count});
   CHECK(other.step(sparks.live, workspace) == StepResult::workspace_differs);
   CHECK(other.burst(sparks.live, workspace, 0, 1).error().field == "workspace");
   CHECK(other.teleport(sparks.live, workspace, {}).error().field == "workspace");
@@ -289,7 +290,7 @@ TEST_CASE("live motions: misuse is an error or a result that names what is wrong
   CHECK(plan.teleport(sparks.live, workspace, {}).error().field == "workspace");
   CHECK(workspace.set_pose(0, {}).error().field == "workspace");
   CHECK(workspace.bytes() == 0);
-  const LivePlan<float> kept = std::move(plan);
+  const LifecyclePlan<float> kept = std::move(plan);
   CHECK(plan.set_pose(0, {}).error().field == "plan");
   CHECK(plan.set_wind({}).error().field == "plan");
   CHECK(plan.step(sparks.live, taken) == StepResult::moved_from);

@@ -150,22 +150,22 @@ class Living {
 };
 
 template <class T>
-LivePlan<T> make(const Scene& scene, const Turnover& turnover, Isa isa = Isa::reference) {
+LifecyclePlan<T> make(const Scene& scene, const Lifecycle& turnover, Isa isa = Isa::reference) {
   auto plan = compile<T>(scene, turnover, {.step = h, .isa = isa});
   REQUIRE_MESSAGE(plan.has_value(), plan.error().message());
   return std::move(*plan);
 }
 
 template <class T>
-void step_all(const LivePlan<T>& plan, LiveState<T>& live, std::size_t steps, std::size_t threads = 1) {
+void step_all(const LifecyclePlan<T>& plan, LiveState<T>& live, std::size_t steps, std::size_t threads = 1) {
   test::Threads workers(threads);
   REQUIRE(plan.step(live, steps, threads > 1 ? workers.parallel_for() : ParallelFor{}) == StepResult::done);
 }
 
 constexpr std::array<SurvivorOrder, 2> orders = {SurvivorOrder::kept, SurvivorOrder::any};
 
-Turnover everything(std::size_t capacity, double rate, SurvivorOrder order = SurvivorOrder::kept) {
-  Turnover turnover{.emitters = {jet(rate, 1), jet(rate / 3, 2)}, .removal = {}, .capacity = capacity};
+Lifecycle everything(std::size_t capacity, double rate, SurvivorOrder order = SurvivorOrder::kept) {
+  Lifecycle turnover{.emitters = {jet(rate, 1), jet(rate / 3, 2)}, .removal = {}, .capacity = capacity};
   turnover.emitters[1].shape = Box{.min = {-1, 0, -1}, .max = {-0.5, 1, -1}};
   turnover.emitters[1].start = 5 * h;
   turnover.removal = {.boundaries = {{.normal = {1, 0, 0}, .offset = -0.7}},
@@ -245,7 +245,7 @@ std::vector<One> remove_in_any_order(std::vector<One>& all, std::size_t first, c
 template <class T>
 class Model {
  public:
-  Model(const Scene& scene, const Turnover& turnover)
+  Model(const Scene& scene, const Lifecycle& turnover)
       : plan_(*compile<T>(scene, {.step = h, .isa = Isa::reference})),
         turnover_(turnover),
         compiled_(*compile<T>(scene, {.step = h}), turnover, {}) {}
@@ -344,7 +344,7 @@ class Model {
   }
 
   Plan<T> plan_;
-  Turnover turnover_;
+  Lifecycle turnover_;
   CompiledLifecycle<T> compiled_;
   Clock clock_{};
   std::array<std::uint64_t, 2> born_{};
@@ -370,7 +370,7 @@ void check_same(const Model<T>& model, const Living<T>& living, std::size_t step
 
 // Rates of which a step holds a whole number of 64ths, so that the model's plain products are exact.
 // Particles from `dying` on, for a run, die in the first step.
-void check_against_model(const Turnover& turnover, std::size_t steps, std::size_t dying = std::size_t(-1),
+void check_against_model(const Lifecycle& turnover, std::size_t steps, std::size_t dying = std::size_t(-1),
                          std::optional<std::size_t> at_start = std::nullopt) {
   const std::size_t capacity = turnover.capacity, count = at_start.value_or(capacity / 2);
   Model<float> model(fountain(), turnover);
@@ -412,7 +412,7 @@ TEST_CASE("births and removals are as a plain model says, with room and without"
 
 // The last of them take the places of the first, but of none that was there before.
 TEST_CASE("births that are removed in their own step, three runs of them, leave the others as a plain model says") {
-  Turnover turnover = everything(45'000, 64 * 36'000, SurvivorOrder::any);
+  Lifecycle turnover = everything(45'000, 64 * 36'000, SurvivorOrder::any);
   turnover.emitters.erase(turnover.emitters.begin());
   turnover.emitters[0].rate = 64 * 36'000;
   turnover.emitters[0].start = 0;
@@ -422,7 +422,7 @@ TEST_CASE("births that are removed in their own step, three runs of them, leave 
 // Three runs: some have more births than holes, some fewer, and of the births some go at once.
 TEST_CASE("births that find no hole in their run take the ends of others, as a plain model says") {
   for (const double births : {200.0, 2000.0, 9000.0}) {
-    Turnover turnover = everything(5 * run, 64 * births, SurvivorOrder::any);
+    Lifecycle turnover = everything(5 * run, 64 * births, SurvivorOrder::any);
     turnover.emitters[1].start = 0;
     turnover.emitters[1].rate = 64 * std::floor(births / 3);
     check_against_model(turnover, births == 2000 ? 4 : 2);
@@ -430,7 +430,7 @@ TEST_CASE("births that find no hole in their run take the ends of others, as a p
 }
 
 TEST_CASE("where all of one run goes, births that find no hole in the others take its end, and the last the rest of it") {
-  Turnover turnover{.emitters = {jet(64 * 6000, 1)}, .removal = {.order = SurvivorOrder::any}, .capacity = 5 * run};
+  Lifecycle turnover{.emitters = {jet(64 * 6000, 1)}, .removal = {.order = SurvivorOrder::any}, .capacity = 5 * run};
   check_against_model(turnover, 2, run);
 }
 
@@ -457,7 +457,7 @@ TEST_CASE_TEMPLATE("same bits on every ISA, in every layout and in every batch o
 TEST_CASE_TEMPLATE("same bits on any number of threads" * doctest::test_suite("threads"), T, float, double) {
   // Threads are worth their while from so many particles on in calls of 4, and in any order from so many at each step.
   constexpr std::size_t in_fours = steps_worth_threads / 4 + 700, each = steps_worth_threads + 700;
-  const auto check = [](const Turnover& turnover, std::size_t count, std::size_t steps) {
+  const auto check = [](const Lifecycle& turnover, std::size_t count, std::size_t steps) {
     const auto bytes = [&](Layout layout, std::size_t call, std::size_t threads) {
       Living<T> living(layout, turnover.capacity);
       living.fill(count);
@@ -472,10 +472,10 @@ TEST_CASE_TEMPLATE("same bits on any number of threads" * doctest::test_suite("t
     CHECK(bytes(Layout::aosoa16, 4, 2) == wanted);
     CHECK(bytes(Layout::aos, 4, 5) == wanted);
   };
-  const Turnover ordered = everything(in_fours * 2 + 3, 120'000);
+  const Lifecycle ordered = everything(in_fours * 2 + 3, 120'000);
   check({.emitters = ordered.emitters, .removal = {}, .capacity = ordered.capacity}, in_fours, 8);
   check(ordered, in_fours, 8);
-  Turnover unordered = everything(each + 20'003, 160'000, SurvivorOrder::any);
+  Lifecycle unordered = everything(each + 20'003, 160'000, SurvivorOrder::any);
   unordered.emitters[1].start = 0;
   check(unordered, each, 4);
 }
@@ -616,9 +616,9 @@ TEST_CASE("a birth lies in its disc, and has a lifetime between the least and th
 // 2 m a step towards the box: a step after its birth each would be inside.
 TEST_CASE("a particle born outside goes at its birth, in a call of many steps as in calls of one") {
   for (const SurvivorOrder order : orders) {
-    const Turnover turnover{.emitters = {{.shape = Vec3{2, 0, 0}, .rate = 64, .velocity = {-128, 0, 0}}},
-                            .removal = {.outside = Box{.min = {-1, -1, -1}, .max = {1, 1, 1}}, .order = order},
-                            .capacity = 20};
+    const Lifecycle turnover{.emitters = {{.shape = Vec3{2, 0, 0}, .rate = 64, .velocity = {-128, 0, 0}}},
+                             .removal = {.outside = Box{.min = {-1, -1, -1}, .max = {1, 1, 1}}, .order = order},
+                             .capacity = 20};
     const auto plan = make<double>({}, turnover);
     for (const std::size_t each : {1U, 10U}) {
       Living<double> living(Layout::soa, 20);
@@ -725,12 +725,12 @@ TEST_CASE("particles whose time is not finite neither come nor go") {
 }
 
 TEST_CASE("a scene whose particles cannot come and go is an error that names its field") {
-  const auto message = [](const Scene& scene, const Turnover& turnover, double step = h) {
+  const auto message = [](const Scene& scene, const Lifecycle& turnover, double step = h) {
     const auto plan = compile<float>(scene, turnover, {.step = step});
     REQUIRE_FALSE(plan.has_value());
     return plan.error().message();
   };
-  const Turnover some{.emitters = {jet(10, 1)}, .removal = {}, .capacity = 10};
+  const Lifecycle some{.emitters = {jet(10, 1)}, .removal = {}, .capacity = 10};
   Scene masses;
   masses.mass = std::vector<double>{1, 2};
   CHECK(message(masses, some) == "mass is given for each particle: must be alike for all particles where they come and go");
@@ -744,20 +744,20 @@ TEST_CASE("a scene whose particles cannot come and go is an error that names its
   CHECK_FALSE(compile<float>(Scene{}, some, {.step = h, .rounding = Rounding::compensated}).has_value());
   CHECK(message(Scene{}, {}).starts_with("capacity is 0"));
   const auto with = [&](auto change) {
-    Turnover turnover = some;
+    Lifecycle turnover = some;
     change(turnover);
     return message(Scene{}, turnover);
   };
-  CHECK(with([](Turnover& t) { t.emitters[0].rate = -1; }) == "emitters[0].rate is -1: must be a finite number >= 0");
-  CHECK(with([](Turnover& t) {
+  CHECK(with([](Lifecycle& t) { t.emitters[0].rate = -1; }) == "emitters[0].rate is -1: must be a finite number >= 0");
+  CHECK(with([](Lifecycle& t) {
           t.emitters[0].shape = Disc{.normal = {}};
         }).starts_with("emitters[0].shape.normal is of length 0"));
-  CHECK(with([](Turnover& t) { t.emitters[0].least_lifetime = 0; }).starts_with("emitters[0].least_lifetime is 0"));
-  CHECK(with([](Turnover& t) { t.emitters[0].most_lifetime = 0.01; }).starts_with("emitters[0].most_lifetime is 0.01"));
-  CHECK(with([](Turnover& t) { t.emitters[0].end = -1; }).starts_with("emitters[0].end is -1"));
-  CHECK(with([](Turnover& t) { t.emitters[0].spread = -1.0; }).starts_with("emitters[0].spread is -1"));
-  CHECK(with([](Turnover& t) { t.removal.boundaries.resize(9); }).starts_with("removal.boundaries is 9 of them"));
-  CHECK(with([](Turnover& t) {
+  CHECK(with([](Lifecycle& t) { t.emitters[0].least_lifetime = 0; }).starts_with("emitters[0].least_lifetime is 0"));
+  CHECK(with([](Lifecycle& t) { t.emitters[0].most_lifetime = 0.01; }).starts_with("emitters[0].most_lifetime is 0.01"));
+  CHECK(with([](Lifecycle& t) { t.emitters[0].end = -1; }).starts_with("emitters[0].end is -1"));
+  CHECK(with([](Lifecycle& t) { t.emitters[0].spread = -1.0; }).starts_with("emitters[0].spread is -1"));
+  CHECK(with([](Lifecycle& t) { t.removal.boundaries.resize(9); }).starts_with("removal.boundaries is 9 of them"));
+  CHECK(with([](Lifecycle& t) {
           t.removal.outside = Box{.min = {1, 0, 0}, .max = {}};
         }).starts_with("removal.outside.min[0] is 1"));
 }

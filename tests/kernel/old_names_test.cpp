@@ -6,6 +6,7 @@
 
 #include "dvdx/layouts/soa.hpp"
 #include "dvdx/layouts/state_hash.hpp"
+#include "dvdx/live.hpp"
 #include "dvdx/names.hpp"
 #include "dvdx/plan.hpp"
 
@@ -45,6 +46,12 @@ TEST_CASE("old names: replace is set_force and set_contact") {
   });
   CHECK(old_names == new_names);
   CHECK(old_names != hash_after([](auto&) {}));
+}
+
+TEST_CASE("old names: what comes and goes, and what a part knows of the whole") {
+  CHECK(std::is_same_v<Turnover, Lifecycle>);
+  CHECK(std::is_same_v<LivePlan<float>, LifecyclePlan<float>>);
+  CHECK(std::is_same_v<Elsewhere, PartContext>);
 }
 
 TEST_CASE("names: those that people look for are what is here under another one") {

@@ -32,8 +32,8 @@ Scene fountain() {
 
 // Two emitters, of which one makes less than one particle a step; some die of age, some by place, some as soon as they are
 // born.
-Turnover turnover(std::size_t capacity) {
-  Turnover t{.capacity = capacity};
+Lifecycle turnover(std::size_t capacity) {
+  Lifecycle t{.capacity = capacity};
   t.emitters.push_back({.shape = Box{.min = {0, 0, 0}, .max = {1, 0.5, 0}},
                         .rate = 1800,
                         .velocity = {0, 1, 0},
@@ -111,7 +111,7 @@ class Part {
   Soa<float> memory_, lives_;
   std::vector<std::int64_t> numbers_;
   Carried carried_{.stride = sizeof(std::int64_t), .bytes = sizeof(std::int64_t), .at_birth = AtBirth::number};
-  std::vector<LivePlan<float>> plan_;
+  std::vector<LifecyclePlan<float>> plan_;
 };
 
 TEST_CASE("shared births: parts hold what one plan holds, in the order of their numbers, also where births find no room") {
@@ -156,7 +156,7 @@ TEST_CASE("shared births: parts hold what one plan holds, in the order of their 
 }
 
 TEST_CASE("shared births: what parts cannot share is refused by name") {
-  const auto refusal = [](const Turnover& turnover, SharedBirths shared) {
+  const auto refusal = [](const Lifecycle& turnover, SharedBirths shared) {
     Options options{.step = h};
     options.elsewhere.births = shared;
     const auto plan = compile<float>(fountain(), turnover, options);
@@ -171,7 +171,7 @@ TEST_CASE("shared births: what parts cannot share is refused by name") {
   wrong = second;
   wrong.count_all = nullptr;
   CHECK(refusal(turnover(9), wrong).find("elsewhere.births.count_all is null") == 0);
-  Turnover any = turnover(9);
+  Lifecycle any = turnover(9);
   any.removal.order = SurvivorOrder::any;
   CHECK(refusal(any, second) == "removal.order is any: must be kept where parts share births");
   CHECK(refusal(any, {}).empty());

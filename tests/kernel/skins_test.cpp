@@ -500,7 +500,7 @@ TEST_CASE("skins: seek, and particles that come and go, refuse them") {
   test::place(joined, batch.view());
   const Plan<double> plan = test::plan_of(joined, {}, batch.view());
   CHECK(plan.seek(batch.view(), 3).error().field == "skins");
-  CHECK(compile<double>(joined.scene, Turnover{.capacity = 9}, {}).error().field == "skins");
+  CHECK(compile<double>(joined.scene, Lifecycle{.capacity = 9}, {}).error().field == "skins");
 }
 
 }  // namespace skins_test

@@ -350,7 +350,8 @@ TEST_CASE("teleport: live particles are carried, and what is not finite stays") 
   const auto before = values_of(live.state);
   Scene scene;
   scene.add(Constant{.acceleration = {0, -9.81, 0}});
-  const LivePlan<double> plan = compile<double>(scene, {.emitters = {}, .removal = {}, .capacity = 3}, {.step = 0.01}).value();
+  const LifecyclePlan<double> plan =
+      compile<double>(scene, {.emitters = {}, .removal = {}, .capacity = 3}, {.step = 0.01}).value();
   REQUIRE(plan.teleport(live, far_ways[1].pose()).has_value());
   const auto after = values_of(live.state);
   const auto wanted = carried(before, far_ways[1]);

@@ -1174,7 +1174,7 @@ class Turnover(unittest.TestCase):
             plan.set_pose(4)
         with self.assertRaisesRegex(ValueError, "motion"):
             dvdx.compile_live(scene, one, [{**jet, "motion": -1}])
-        self.assertIn("LivePlan: step 0.0166", repr(plan))
+        self.assertIn("LifecyclePlan: step 0.0166", repr(plan))
 
     def test_a_live_plan_is_changed_while_it_runs(self):
         state, plan = fountain()

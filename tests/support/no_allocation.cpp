@@ -172,13 +172,13 @@ TEST_CASE_TEMPLATE("balls that meet, come and go allocate nothing in a step, nor
     scene.add(Constant{.acceleration = {0, -9.81, 0}});
     scene.add(Plane{.normal = {0, 1, 0}, .offset = 0, .friction = 0.5});
     scene.add(Meet{.radius = 0.01, .friction = 0.5, .most_neighbours = most});
-    const Turnover turnover{.emitters = {{.shape = Box{.min = {0, 0.1, 0}, .max = {0.1, 0.2, 0.1}},
-                                          .rate = 900,
-                                          .velocity = {0, -1, 0},
-                                          .least_lifetime = 0.1,
-                                          .most_lifetime = 0.4}},
-                            .removal = {},
-                            .capacity = capacity};
+    const Lifecycle turnover{.emitters = {{.shape = Box{.min = {0, 0.1, 0}, .max = {0.1, 0.2, 0.1}},
+                                           .rate = 900,
+                                           .velocity = {0, -1, 0},
+                                           .least_lifetime = 0.1,
+                                           .most_lifetime = 0.4}},
+                             .removal = {},
+                             .capacity = capacity};
     test::Batch<T> batch(test::Layout::aos, capacity), lives(test::Layout::aos, capacity);
     const auto plan = compile<T>(scene, turnover, Options{});
     REQUIRE(plan.has_value());
@@ -199,9 +199,9 @@ TEST_CASE_TEMPLATE("no scene whose particles come and go allocates in a step", T
   constexpr std::size_t capacity = 40'000;
   for (const test::Layout layout : {test::Layout::soa, test::Layout::aosoa16}) {
     test::Batch<T> batch(layout, capacity), lives(layout, capacity);
-    const Turnover turnover{.emitters = {{.rate = 600'000, .velocity = {0, 1, 0}, .least_lifetime = 0.03, .most_lifetime = 1}},
-                            .removal = {.boundaries = {{.normal = {0, -1, 0}, .offset = -0.5}}},
-                            .capacity = capacity};
+    const Lifecycle turnover{.emitters = {{.rate = 600'000, .velocity = {0, 1, 0}, .least_lifetime = 0.03, .most_lifetime = 1}},
+                             .removal = {.boundaries = {{.normal = {0, -1, 0}, .offset = -0.5}}},
+                             .capacity = capacity};
     Scene scene;
     scene.add(Plane{.normal = {0, 1, 0}, .offset = 0.2});
     const auto plan = compile<T>(scene, turnover, Options{});

@@ -133,12 +133,12 @@ std::vector<NamedScene> affine_scenes(std::size_t count) {
   return list;
 }
 
-NamedScene with(NamedScene named, Extras extra) {
-  if (extra == Extras::contact || extra == Extras::radial_contact) {
+NamedScene with(NamedScene named, StepFeatures features) {
+  if (features == StepFeatures::contact || features == StepFeatures::radial_contact) {
     add_contacts(named.scene);
     named.name += ", contacts";
   }
-  if (extra == Extras::radial || extra == Extras::radial_contact) {
+  if (features == StepFeatures::radial || features == StepFeatures::radial_contact) {
     add_radial(named.scene);
     named.name += ", radial springs";
   }
@@ -148,7 +148,8 @@ NamedScene with(NamedScene named, Extras extra) {
 std::vector<NamedScene> all_scenes(std::size_t count) {
   std::vector<NamedScene> list = affine_scenes(count);
   for (const NamedScene& flow : flow_scenes(count)) {
-    for (const Extras extra : {Extras::contact, Extras::radial, Extras::radial_contact}) list.push_back(with(flow, extra));
+    for (const StepFeatures features : {StepFeatures::contact, StepFeatures::radial, StepFeatures::radial_contact})
+      list.push_back(with(flow, features));
   }
   return list;
 }

@@ -24,7 +24,7 @@ struct NamedScene {
 // For `count` particles: a scene for every flow, forces of every kind and method, fixed particles.
 [[nodiscard]] std::vector<NamedScene> affine_scenes(std::size_t count);
 
-[[nodiscard]] NamedScene with(NamedScene scene, Extras extra);
+[[nodiscard]] NamedScene with(NamedScene scene, StepFeatures features);
 
 // Every affine scene as it is, and a scene for every flow with contacts, radial springs and both.
 [[nodiscard]] std::vector<NamedScene> all_scenes(std::size_t count);

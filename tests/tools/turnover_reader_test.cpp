@@ -102,7 +102,7 @@ TEST_CASE("emitters, capacity and removal are read as they stand") {
   const auto file = parse_scene("live.json", live_scene, plenty);
   CHECK(is_live(file));
   CHECK(file.particles.count == 3);
-  Turnover wanted;
+  Lifecycle wanted;
   wanted.capacity = 100;
   wanted.emitters.push_back({.shape = Vec3{1, 2, 3}, .rate = 10, .seed = 7});
   wanted.emitters.push_back({.shape = Disc{.center = {1, 2, 3}, .normal = {0, 0, 2}, .radius = 0.5},

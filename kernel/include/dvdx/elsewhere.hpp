@@ -61,7 +61,7 @@ struct SharedBirths {
   std::uint32_t part = 0, parts = 1;
   void* context = nullptr;
   // Particles of all parts, of which this one has `here`: which births find room depends on it. Called by all parts together,
-  // once a call of LivePlan::step with births, and up to twice a step where they might find no room. Allocates nothing.
+  // once a call of LifecyclePlan::step with births, and up to twice a step where they might find no room. Allocates nothing.
   std::uint64_t (*count_all)(void* context, std::uint64_t here) noexcept = nullptr;
 };
 
@@ -85,7 +85,7 @@ struct SharedMeetings {
 
 // Some formulas are chosen by the fastest particle of all: with these numbers of the whole batch in Options::elsewhere, a
 // part's bits are those that it has in the whole.
-struct Elsewhere {
+struct PartContext {
   double W = 0;                       // 1/s^2: the highest stiffness over mass, of any particle and axis
   double g = 0;                       // 1/s: the highest damping over mass
   bool anchors_differ = false;        // springs whose methods keep them apart have anchors of their own
@@ -94,11 +94,13 @@ struct Elsewhere {
   bool closes_substeps = false;       // skins hold particles, which each sub-step ends with
   Exchange exchange{};                // of the halo, where springs lead out of the part
   const SweptPart* sweeps = nullptr;  // of networks by `sequential` that are no sheets
-  SharedBirths births{};              // of LivePlan
+  SharedBirths births{};              // of LifecyclePlan
   SharedMeetings meetings{};          // of particles that meet
 };
 
+using Elsewhere [[deprecated("dvdx::PartContext")]] = PartContext;
+
 // The same numbers of the scene's first `count` particles.
-[[nodiscard]] DVDX_EXPORT Elsewhere elsewhere_of(const Scene& scene, std::size_t count);
+[[nodiscard]] DVDX_EXPORT PartContext elsewhere_of(const Scene& scene, std::size_t count);
 
 }  // namespace dvdx

@@ -41,7 +41,7 @@ struct LiveState {
 };
 
 template <class T>
-class LivePlan;
+class LifecyclePlan;
 
 // As Workspace: the memory that one state works in while a plan steps it, and what drives it.
 template <class T>
@@ -51,14 +51,14 @@ class DVDX_EXPORT LiveWorkspace {
   LiveWorkspace& operator=(LiveWorkspace&&) noexcept;
   ~LiveWorkspace();
   [[nodiscard]] std::size_t bytes() const noexcept;
-  // As LivePlan's, for the state that is stepped in this workspace.
+  // As LifecyclePlan's, for the state that is stepped in this workspace.
   [[nodiscard]] Expected<void> set_pose(std::size_t motion, const Pose& target, Arrival arrival = Arrival::moving);
   [[nodiscard]] Expected<void> set_pose(MotionId motion, const Pose& target, Arrival arrival = Arrival::moving) {
     return set_pose(static_cast<std::size_t>(motion), target, arrival);
   }
 
  private:
-  friend class LivePlan<T>;
+  friend class LifecyclePlan<T>;
   struct Parts;
   explicit LiveWorkspace(Parts* parts) noexcept;
   Parts* parts_;  // owned
@@ -70,14 +70,14 @@ class DVDX_EXPORT LiveWorkspace {
 // or on how many steps a call takes. Any number of threads may step different states with it at once, each with its own clone
 // or workspace.
 template <class T>
-class DVDX_EXPORT LivePlan {
+class DVDX_EXPORT LifecyclePlan {
  public:
   struct Parts;  // private to the library
 
-  explicit LivePlan(Parts* parts) noexcept;  // which it owns from then on
-  LivePlan(LivePlan&&) noexcept;
-  LivePlan& operator=(LivePlan&&) noexcept;
-  ~LivePlan();
+  explicit LifecyclePlan(Parts* parts) noexcept;  // which it owns from then on
+  LifecyclePlan(LifecyclePlan&&) noexcept;
+  LifecyclePlan& operator=(LifecyclePlan&&) noexcept;
+  ~LifecyclePlan();
 
   // too_many_neighbours of particles that meet: where a step has not ended, the state is as it was when that step began.
   // capacity_too_small where a column has no memory or less room than the turnover's capacity, the state holds more particles
@@ -110,7 +110,7 @@ class DVDX_EXPORT LivePlan {
 
   // As Plan::clone() and workspace(): what drives things begins by the keys in a clone, and where this plan has it in a
   // workspace. Throw std::bad_alloc where there is no memory.
-  [[nodiscard]] LivePlan clone() const;
+  [[nodiscard]] LifecyclePlan clone() const;
   [[nodiscard]] LiveWorkspace<T> workspace() const;
 
   // "Be there at the end of the next step": see Plan::set_pose. Contacts that follow the motion meet particles as a Plan's do, and
@@ -166,14 +166,17 @@ class DVDX_EXPORT LivePlan {
   [[nodiscard]] StateCheck check(const LiveState<T>& live) const noexcept;
   [[nodiscard]] const Scene& scene() const noexcept;
   [[nodiscard]] double step_size() const noexcept;     // s
-  [[nodiscard]] const Plan<T>& plan() const noexcept;  // of the particles; LivePlan alone steps what follows a motion
-  [[nodiscard]] const Turnover& turnover() const noexcept;
+  [[nodiscard]] const Plan<T>& plan() const noexcept;  // of the particles; LifecyclePlan alone steps what follows a motion
+  [[nodiscard]] const Lifecycle& turnover() const noexcept;
   [[nodiscard]] std::string explain() const;  // what coming and going costs, in words
 
  private:
   [[nodiscard]] StepResult fit_of(const LiveWorkspace<T>& workspace) const noexcept;
   Parts* parts_;  // owned
 };
+
+template <class T>
+using LivePlan [[deprecated("dvdx::LifecyclePlan")]] = LifecyclePlan<T>;
 
 // A plan for particles that are all alike: values each, anchors at the start, networks, constraints, fixed and kinematic
 // particles are errors that name their field, and so is a step that is not > 0, or one in which the keys of a contact's motion
@@ -184,11 +187,12 @@ class DVDX_EXPORT LivePlan {
 // of a radius in a step where that is more. Pulses that keep two apart go with them when others before them are removed.
 // Memory is for `capacity` particles from the first.
 template <class T>
-[[nodiscard]] DVDX_EXPORT Expected<LivePlan<T>> compile(const Scene& scene, const Turnover& turnover, const Options& options);
+[[nodiscard]] DVDX_EXPORT Expected<LifecyclePlan<T>> compile(const Scene& scene, const Lifecycle& turnover,
+                                                             const Options& options);
 
 extern template class LiveWorkspace<float>;
 extern template class LiveWorkspace<double>;
-extern template class LivePlan<float>;
-extern template class LivePlan<double>;
+extern template class LifecyclePlan<float>;
+extern template class LifecyclePlan<double>;
 
 }  // namespace dvdx

@@ -32,7 +32,7 @@ struct Part {
   std::size_t springs = 0, cut = 0;   // that reach an own particle; and of these, those that another part shares
   // Exchange::pulses_per_telling. Where it is more than 1 the halo is as deep as springs reach in so many pulses.
   std::uint32_t pulses_per_telling = 1;
-  // For Elsewhere::sweeps, of networks by `sequential` that are no sheets: the part's own particles stand in whole pieces,
+  // For PartContext::sweeps, of networks by `sequential` that are no sheets: the part's own particles stand in whole pieces,
   // which are few thousand particles each; or in whole rows, of lists that are swept by rows.
   std::optional<SweptPart> sweeps{};
 };

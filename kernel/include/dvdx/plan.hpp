@@ -63,7 +63,7 @@ struct Options {
   // Where the plan's columns come from: what holds a number for each particle, spring or constraint and is read or worked in by
   // a step. The scene's copy and its lists come from operator new. Where either has none left, std::bad_alloc is thrown.
   Memory memory{};
-  Elsewhere elsewhere{};  // of a state that is stepped in parts
+  PartContext elsewhere{};  // of a state that is stepped in parts
 };
 
 // An attribute of an enumeration is beyond the formatter:

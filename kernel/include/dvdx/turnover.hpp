@@ -77,15 +77,17 @@ struct Removal {
   bool operator==(const Removal&) const = default;
 };
 
-struct Turnover {
+struct Lifecycle {
   std::vector<Emitter> emitters{};
   Removal removal{};
   std::size_t capacity = 0;  // particles: most that live at once. Births beyond it are dropped and counted.
-  bool operator==(const Turnover&) const = default;
+  bool operator==(const Lifecycle&) const = default;
 };
 
-enum class EmitterId : std::size_t {};  // of Turnover::emitters
-inline EmitterId add_emitter(Turnover& turnover, Emitter emitter) {
+using Turnover [[deprecated("dvdx::Lifecycle")]] = Lifecycle;
+
+enum class EmitterId : std::size_t {};  // of Lifecycle::emitters
+inline EmitterId add_emitter(Lifecycle& turnover, Emitter emitter) {
   turnover.emitters.push_back(std::move(emitter));
   return EmitterId{turnover.emitters.size() - 1};
 }

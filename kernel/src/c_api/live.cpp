@@ -19,7 +19,7 @@
 #include "scene/text.hpp"
 
 struct dvdx_live_plan {
-  std::variant<dvdx::LivePlan<float>, dvdx::LivePlan<double>> plan;
+  std::variant<dvdx::LifecyclePlan<float>, dvdx::LifecyclePlan<double>> plan;
   dvdx::Memory memory;
 };
 struct dvdx_live_workspace {
@@ -60,10 +60,10 @@ Emitter emitter_of(const dvdx_emitter& from, const std::string& at) {
   return to;
 }
 
-Turnover turnover_of(const dvdx_turnover& from) {
+Lifecycle turnover_of(const dvdx_turnover& from) {
   need(from.emitters, from.emitter_count, "emitters");
   need(from.boundaries, from.boundary_count, "removal.boundaries");
-  Turnover to;
+  Lifecycle to;
   for (std::size_t i = 0; i < from.emitter_count; ++i) {
     to.emitters.push_back(emitter_of(from.emitters[i], "emitters[" + std::to_string(i) + "]"));
   }
@@ -80,7 +80,7 @@ Turnover turnover_of(const dvdx_turnover& from) {
 }
 
 template <class T>
-dvdx_status create(const Scene& scene, const Turnover& turnover, const Options& options, dvdx_live_plan** plan,
+dvdx_status create(const Scene& scene, const Lifecycle& turnover, const Options& options, dvdx_live_plan** plan,
                    dvdx_error* error) {
   auto made = compile<T>(scene, turnover, options);
   if (!made) return report(error, made.error());
@@ -136,7 +136,7 @@ dvdx_status check_live(const dvdx_live& live, std::size_t capacity, dvdx_error* 
 
 // work(the plan, the particles as C++ has them), and what came of them.
 template <class T, class Work>
-dvdx_status stepped(const LivePlan<T>& plan, dvdx_live& live, dvdx_error* error, const Work& work) noexcept {
+dvdx_status stepped(const LifecyclePlan<T>& plan, dvdx_live& live, dvdx_error* error, const Work& work) noexcept {
   if (const dvdx_status status = check_live<T>(live, plan.turnover().capacity, error); status != DVDX_DONE) return status;
   std::array<Carried, most_carried> carried{};
   for (std::size_t i = 0; i < live.carried_count; ++i) {
@@ -175,7 +175,7 @@ dvdx_status dvdx_live_plan_create(const dvdx_scene* scene, const dvdx_turnover* 
   if (options == nullptr) return missing(error, "options");
   return guarded(error, [&] {
     const dvdx::Options chosen = options_of(*options);
-    const dvdx::Turnover values = turnover_of(*turnover);
+    const dvdx::Lifecycle values = turnover_of(*turnover);
     if (precision_of(*options) == DVDX_FLOAT32) return create<float>(scene->scene, values, chosen, plan, error);
     return create<double>(scene->scene, values, chosen, plan, error);
   });
@@ -215,7 +215,7 @@ dvdx_status dvdx_live_plan_teleport(const dvdx_live_plan* plan, const dvdx_live*
   if (plan == nullptr) return missing(error, "plan");
   if (live == nullptr) return missing(error, "live");
   if (translation == nullptr) return missing(error, "translation");
-  const auto carry = [&]<class T>(const dvdx::LivePlan<T>& p) {
+  const auto carry = [&]<class T>(const dvdx::LifecyclePlan<T>& p) {
     const dvdx_status status = check_columns<T>(live->state, live->state.count, error);
     if (status != DVDX_DONE) return status;
     dvdx::LiveState<T> particles{.state = view<T>(live->state)};
@@ -229,7 +229,7 @@ dvdx_status dvdx_live_plan_check(const dvdx_live_plan* plan, const dvdx_live* li
   if (plan == nullptr) return missing(error, "plan");
   if (live == nullptr) return missing(error, "live");
   if (check == nullptr) return missing(error, "check");
-  const auto look = [&]<class T>(const dvdx::LivePlan<T>& p) {
+  const auto look = [&]<class T>(const dvdx::LifecyclePlan<T>& p) {
     const dvdx_status status = check_columns<T>(live->state, live->state.count, error);
     if (status != DVDX_DONE) return status;
     const dvdx::StateCheck found = p.check(dvdx::LiveState<T>{.state = view<T>(live->state)});
@@ -311,7 +311,7 @@ namespace {
 
 // burst(the plan, the particles): an error as C++ has it.
 template <class T, class Burst>
-dvdx_status burst_by(const dvdx::LivePlan<T>& plan, dvdx_live& live, size_t index, dvdx_error* error, const Burst& burst) {
+dvdx_status burst_by(const dvdx::LifecyclePlan<T>& plan, dvdx_live& live, size_t index, dvdx_error* error, const Burst& burst) {
   return guarded(error, [&] {
     const std::size_t emitters = plan.turnover().emitters.size();
     if (index >= emitters) throw dvdx::Error{"index", std::to_string(index), "below " + std::to_string(emitters)};
@@ -327,7 +327,7 @@ dvdx_status burst_by(const dvdx::LivePlan<T>& plan, dvdx_live& live, size_t inde
 // use(the plan, the workspace), where both are of one precision.
 template <class Use>
 dvdx_status with_workspace(const dvdx_live_plan& plan, dvdx_live_workspace& workspace, dvdx_error* error, const Use& use) {
-  const auto of = [&]<class T>(const dvdx::LivePlan<T>& p) -> dvdx_status {
+  const auto of = [&]<class T>(const dvdx::LifecyclePlan<T>& p) -> dvdx_status {
     auto* const own = std::get_if<dvdx::LiveWorkspace<T>>(&workspace.workspace);
     return own != nullptr ? use(p, *own) : report(error, DVDX_WORKSPACE_DIFFERS);
   };
@@ -404,7 +404,7 @@ dvdx_status dvdx_live_plan_teleport_in(const dvdx_live_plan* plan, dvdx_live_wor
   if (live == nullptr) return missing(error, "live");
   if (translation == nullptr) return missing(error, "translation");
   return guarded(error, [&] {
-    return with_workspace(*plan, *workspace, error, [&]<class T>(const dvdx::LivePlan<T>& p, dvdx::LiveWorkspace<T>& own) {
+    return with_workspace(*plan, *workspace, error, [&]<class T>(const dvdx::LifecyclePlan<T>& p, dvdx::LiveWorkspace<T>& own) {
       const dvdx_status status = check_columns<T>(live->state, live->state.count, error);
       if (status != DVDX_DONE) return status;
       dvdx::LiveState<T> particles{.state = view<T>(live->state)};

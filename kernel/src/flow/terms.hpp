@@ -40,13 +40,17 @@ constexpr bool has_anchor_each(Flow flow) noexcept {
 }
 
 // The work of a step besides the flow; an index of the kernel table.
-enum class Extras : std::uint8_t { none, contact, radial, radial_contact };
-inline constexpr std::size_t extras = 4;
+enum class StepFeatures : std::uint8_t { none, contact, radial, radial_contact };
+inline constexpr std::size_t feature_sets = 4;
 
-constexpr bool has_contacts(Extras extra) noexcept { return extra == Extras::contact || extra == Extras::radial_contact; }
-constexpr bool has_radial(Extras extra) noexcept { return extra == Extras::radial || extra == Extras::radial_contact; }
-constexpr Extras extras_of(std::size_t radial_springs, std::size_t contacts) noexcept {
-  return static_cast<Extras>((contacts != 0 ? 1 : 0) + (radial_springs != 0 ? 2 : 0));
+constexpr bool has_contacts(StepFeatures features) noexcept {
+  return features == StepFeatures::contact || features == StepFeatures::radial_contact;
+}
+constexpr bool has_radial(StepFeatures features) noexcept {
+  return features == StepFeatures::radial || features == StepFeatures::radial_contact;
+}
+constexpr StepFeatures features_of(std::size_t radial_springs, std::size_t contacts) noexcept {
+  return static_cast<StepFeatures>((contacts != 0 ? 1 : 0) + (radial_springs != 0 ? 2 : 0));
 }
 
 // Beside radial springs, which take longer than any flow, one body serves all flows of a kind: springs to one anchor or to an
@@ -55,7 +59,9 @@ constexpr Flow kind_of(Flow flow) noexcept {
   if (is_rate(flow) || is_drift(flow)) return flow;
   return is_shear(flow) ? Flow::shear : Flow::fused;
 }
-constexpr bool is_asked(Flow flow, Extras extra) noexcept { return has_radial(extra) && !is_rate(flow) && !is_drift(flow); }
+constexpr bool is_asked(Flow flow, StepFeatures features) noexcept {
+  return has_radial(features) && !is_rate(flow) && !is_drift(flow);
+}
 
 // Position-independent accelerations whose effect differs from particle to particle (rate flows only).
 inline constexpr std::size_t max_sources = 16;

@@ -56,13 +56,13 @@ template <class V>
 }
 
 // The register's particles at i, moved by all but contacts.
-template <class V, class OneAxis, Extras extra, Arithmetic arithmetic>
+template <class V, class OneAxis, StepFeatures features, Arithmetic arithmetic>
 [[gnu::always_inline]] inline Trajectory<V> move_batch(const Block<Scalar<V>>& particles, const Terms<Scalar<V>>& terms,
                                                        const Offsets<Scalar<V>>* offsets, std::size_t i) noexcept {
   Trajectory<V> m = load_trajectory<V>(particles, i);
   const Affine<V, OneAxis> affine(terms, offsets[0]);
   affine(m, particles.first + i);
-  if constexpr (extra == Extras::radial || extra == Extras::radial_contact) {
+  if constexpr (features == StepFeatures::radial || features == StepFeatures::radial_contact) {
     if (terms.kicks != 0) {
       radial_kick<V, arithmetic>(terms, m, particles.first + i);
       const Affine<V, OneAxis> second_half(terms, offsets[1]);
@@ -70,7 +70,7 @@ template <class V, class OneAxis, Extras extra, Arithmetic arithmetic>
     }
     radial_contribution<V, arithmetic>(terms, m, particles.first + i);
   }
-  if constexpr (has_contacts(extra)) {
+  if constexpr (has_contacts(features)) {
     if (particles.from[0] != nullptr) {
       for (std::size_t axis = 0; axis < 3; ++axis) m.x0[axis] = load_lanes<V>(particles.from[axis] + i);
     }
@@ -78,24 +78,24 @@ template <class V, class OneAxis, Extras extra, Arithmetic arithmetic>
   return m;
 }
 
-template <class V, class OneAxis, Extras extra, Arithmetic arithmetic>
+template <class V, class OneAxis, StepFeatures features, Arithmetic arithmetic>
 [[gnu::noinline]] void move_batch_to(Trajectory<V>& m, const Block<Scalar<V>>& particles, const Terms<Scalar<V>>& terms,
                                      const Offsets<Scalar<V>>* offsets, std::size_t i) noexcept {
-  m = move_batch<V, OneAxis, extra, arithmetic>(particles, terms, offsets, i);
+  m = move_batch<V, OneAxis, features, arithmetic>(particles, terms, offsets, i);
 }
 
 // The register's particles at i, moved by the whole step. Returns whether any of them touched a surface or lay still.
-template <class V, class OneAxis, Extras extra, Arithmetic arithmetic>
+template <class V, class OneAxis, StepFeatures features, Arithmetic arithmetic>
 [[gnu::noinline]] bool step_batch(const Block<Scalar<V>>& particles, const Terms<Scalar<V>>& terms,
                                   const Offsets<Scalar<V>>* offsets, std::size_t i, Waiting<V, arithmetic>& waiting,
-                                  Still<V>& still) noexcept {
+                                  Dormant<V>& still) noexcept {
   Trajectory<V> m;
-  if constexpr (extra == Extras::contact) {
+  if constexpr (features == StepFeatures::contact) {
     // The original never has its address taken, and is copied register by register, so that it stays in registers.
-    const Trajectory<V> moved = move_batch<V, OneAxis, extra, arithmetic>(particles, terms, offsets, i);
+    const Trajectory<V> moved = move_batch<V, OneAxis, features, arithmetic>(particles, terms, offsets, i);
     m = {copied(moved.x0), copied(moved.v0), copied(moved.x1), copied(moved.v1)};
   } else {
-    move_batch_to<V, OneAxis, extra, arithmetic>(m, particles, terms, offsets, i);
+    move_batch_to<V, OneAxis, features, arithmetic>(m, particles, terms, offsets, i);
   }
   const std::uint64_t were_still = still.of(i);
   const std::uint64_t touching =

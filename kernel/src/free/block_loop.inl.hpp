@@ -69,7 +69,7 @@ void run_axes_shifted(const Block<Scalar<V>>& block, const Terms<Scalar<V>>& ter
 // Step after step. Whether any particle touched a surface or lay still.
 template <class V, Arithmetic arithmetic>
 bool run_steps(const Moves<V, arithmetic>& moves, const Block<Scalar<V>>& particles, const Terms<Scalar<V>>& terms,
-               const Steps<Scalar<V>>& steps, Still<V>& still) noexcept {
+               const Steps<Scalar<V>>& steps, Dormant<V>& still) noexcept {
   Waiting<V, arithmetic> waiting(still);
   const bool looks_ahead = moves.untouched != nullptr && !terms.moves && particles.from[0] == nullptr;
   bool has_touched = false;
@@ -91,7 +91,7 @@ bool run_steps(const Moves<V, arithmetic>& moves, const Block<Scalar<V>>& partic
 template <class V, Arithmetic arithmetic>
 void run_among_planes(const Moves<V, arithmetic>& moves, const Block<Scalar<V>>& block, const Terms<Scalar<V>>& terms,
                       const Steps<Scalar<V>>& steps) noexcept {
-  Still<V> still(block, terms, steps);
+  Dormant<V> still(block, terms, steps);
   bool has_touched = false;
   for (std::size_t done = 0; done < steps.count;) {
     const std::size_t left = steps.count - done;
@@ -114,7 +114,7 @@ void run_block(const Moves<V, arithmetic>& moves, const Block<Scalar<V>>& block,
   if (moves.region_of_all != nullptr && terms.are_planes && !terms.moves && steps.count >= looked_at_steps) {
     return run_among_planes<V, arithmetic>(moves, block, terms, steps);
   }
-  Still<V> still(block, terms, steps);
+  Dormant<V> still(block, terms, steps);
   run_steps<V, arithmetic>(moves, block, terms, steps, still);
 }
 
@@ -123,20 +123,20 @@ void run_radial(const Block<Scalar<V>>& block, const Terms<Scalar<V>>& terms, co
   for (std::size_t n = 0; n < steps.count; ++n) {
     const Offsets<Scalar<V>>* const offsets = steps.offsets + n * steps.offsets_per_step;
     for (std::size_t i = 0; i < block.count; i += V::size) {
-      store_trajectory<V>(block, i, move_batch<V, OneAxis, Extras::radial, arithmetic>(block, terms, offsets, i));
+      store_trajectory<V>(block, i, move_batch<V, OneAxis, StepFeatures::radial, arithmetic>(block, terms, offsets, i));
     }
   }
 }
 
 enum class Particles { alike, each };
 
-template <class V, class OneAxis, Extras extra, Particles particles_are, Arithmetic arithmetic>
+template <class V, class OneAxis, StepFeatures features, Particles particles_are, Arithmetic arithmetic>
 constexpr Moves<V, arithmetic> moves_of() noexcept {
   Moves<V, arithmetic> moves{};
-  moves.step = step_batch<V, OneAxis, extra, arithmetic>;
-  moves.batch = move_batch_to<V, OneAxis, extra, arithmetic>;
-  if constexpr (extra == Extras::radial_contact) moves.alone = run_radial<V, OneAxis, arithmetic>;
-  if constexpr (extra == Extras::contact) {
+  moves.step = step_batch<V, OneAxis, features, arithmetic>;
+  moves.batch = move_batch_to<V, OneAxis, features, arithmetic>;
+  if constexpr (features == StepFeatures::radial_contact) moves.alone = run_radial<V, OneAxis, arithmetic>;
+  if constexpr (features == StepFeatures::contact) {
     moves.alone = run_axes<V, OneAxis>;
     moves.untouched = step_untouched<V, OneAxis, arithmetic>;
     moves.beside = step_beside<V, OneAxis, arithmetic>;
@@ -145,43 +145,43 @@ constexpr Moves<V, arithmetic> moves_of() noexcept {
   return moves;
 }
 
-template <class V, Flow flow, Extras extra, Turn turn, Arithmetic arithmetic>
+template <class V, Flow flow, StepFeatures features, Turn turn, Arithmetic arithmetic>
 void step_turned(const Block<Scalar<V>>& block, const Terms<Scalar<V>>& terms, const Steps<Scalar<V>>& steps) noexcept {
   using OneAxis =
-      std::conditional_t<is_asked(flow, extra), AxisFlowOfKind<V, flow, arithmetic>, AxisFlow<V, flow, turn, arithmetic>>;
-  if constexpr (extra == Extras::none) {
+      std::conditional_t<is_asked(flow, features), AxisFlowOfKind<V, flow, arithmetic>, AxisFlow<V, flow, turn, arithmetic>>;
+  if constexpr (features == StepFeatures::none) {
     if (block.shift[0] != nullptr) return run_axes_shifted<V, OneAxis, arithmetic>(block, terms, steps);
     run_axes<V, OneAxis>(block, terms, steps);
-  } else if constexpr (extra == Extras::radial) {
+  } else if constexpr (features == StepFeatures::radial) {
     run_radial<V, OneAxis, arithmetic>(block, terms, steps);
   } else {
     constexpr auto particles_are = is_rate(flow) || has_anchor_each(flow) ? Particles::each : Particles::alike;
-    static constexpr Moves<V, arithmetic> moves = moves_of<V, OneAxis, extra, particles_are, arithmetic>();
+    static constexpr Moves<V, arithmetic> moves = moves_of<V, OneAxis, features, particles_are, arithmetic>();
     run_block<V, arithmetic>(moves, block, terms, steps);
   }
 }
 
-template <class V, Flow flow, Extras extra, Arithmetic arithmetic>
+template <class V, Flow flow, StepFeatures features, Arithmetic arithmetic>
 void step_block(const Block<Scalar<V>>& block, const Terms<Scalar<V>>& terms, const Steps<Scalar<V>>& steps) noexcept {
   constexpr bool always_turns = flow == Flow::rate_shear;
-  if constexpr (is_shear(flow) && !is_asked(flow, extra)) {
+  if constexpr (is_shear(flow) && !is_asked(flow, features)) {
     if (always_turns || terms.turn == Turn::turned) {
-      return step_turned<V, flow, extra, Turn::turned, arithmetic>(block, terms, steps);
+      return step_turned<V, flow, features, Turn::turned, arithmetic>(block, terms, steps);
     }
   }
-  if constexpr (!always_turns) step_turned<V, flow, extra, Turn::none, arithmetic>(block, terms, steps);
+  if constexpr (!always_turns) step_turned<V, flow, features, Turn::none, arithmetic>(block, terms, steps);
 }
 
 template <class T, class Arch, Flow flow, Arithmetic arithmetic>
-constexpr std::array<StepBlock<T>, extras> step_blocks() noexcept {
+constexpr std::array<StepBlock<T>, feature_sets> step_blocks() noexcept {
   using V = Lanes<T, Arch>;
-  return {step_block<V, flow, Extras::none, arithmetic>, step_block<V, flow, Extras::contact, arithmetic>,
-          step_block<V, kind_of(flow), Extras::radial, arithmetic>,
-          step_block<V, kind_of(flow), Extras::radial_contact, arithmetic>};
+  return {step_block<V, flow, StepFeatures::none, arithmetic>, step_block<V, flow, StepFeatures::contact, arithmetic>,
+          step_block<V, kind_of(flow), StepFeatures::radial, arithmetic>,
+          step_block<V, kind_of(flow), StepFeatures::radial_contact, arithmetic>};
 }
 
 template <class T, class Arch, Arithmetic arithmetic, std::size_t... flow>
-constexpr std::array<std::array<StepBlock<T>, extras>, flows> all_flows(std::index_sequence<flow...>) noexcept {
+constexpr std::array<std::array<StepBlock<T>, feature_sets>, flows> all_flows(std::index_sequence<flow...>) noexcept {
   return {step_blocks<T, Arch, static_cast<Flow>(flow), arithmetic>()...};
 }
 

@@ -13,20 +13,20 @@
 
 namespace dvdx::reference {
 
-template <Extras extra, Arithmetic arithmetic, class T>
+template <StepFeatures features, Arithmetic arithmetic, class T>
 void step_particle(const Terms<T>& terms, const Offsets<T>* offsets, std::size_t i, Particle<T>& p,
                    [[maybe_unused]] const Block<T>& block) noexcept {
   p.x1 = p.x0;
   p.v1 = p.v0;
   for (std::size_t axis = 0; axis < 3; ++axis) affine<arithmetic>(terms, offsets[0], axis, i, p.x1[axis], p.v1[axis]);
-  if constexpr (extra == Extras::radial || extra == Extras::radial_contact) {
+  if constexpr (features == StepFeatures::radial || features == StepFeatures::radial_contact) {
     if (terms.kicks != 0) {
       radial_kick<arithmetic>(terms, p, i);
       for (std::size_t axis = 0; axis < 3; ++axis) affine<arithmetic>(terms, offsets[1], axis, i, p.x1[axis], p.v1[axis]);
     }
     radial_contribution<arithmetic>(terms, p, i);
   }
-  if constexpr (extra == Extras::contact || extra == Extras::radial_contact) {
+  if constexpr (features == StepFeatures::contact || features == StepFeatures::radial_contact) {
     for (std::size_t axis = 0; axis < 3 && block.from[axis] != nullptr; ++axis) p.x0[axis] = block.from[axis][i - block.first];
     if (block.log != nullptr) return block.log->resolve(terms, offsets[0], p, i, *block.log);
     resolve_contacts<arithmetic>(terms, offsets[0], p, i);
@@ -43,17 +43,17 @@ void take_shift(const Block<T>& block, std::size_t i) noexcept {
   }
 }
 
-template <class T, Extras extra, Arithmetic arithmetic>
+template <class T, StepFeatures features, Arithmetic arithmetic>
 void step_block(const Block<T>& block, const Terms<T>& terms, const Steps<T>& steps) noexcept {
   for (std::size_t n = 0; n < steps.count; ++n) {
     for (std::size_t i = 0; i < block.count; ++i) {
-      if (extra == Extras::none && block.shift[0] != nullptr) take_shift<arithmetic>(block, i);
+      if (features == StepFeatures::none && block.shift[0] != nullptr) take_shift<arithmetic>(block, i);
       Particle<T> p;
       for (std::size_t axis = 0; axis < 3; ++axis) {
         p.x0[axis] = block.x[axis][i];
         p.v0[axis] = block.v[axis][i];
       }
-      step_particle<extra, arithmetic>(terms, steps.offsets + n * steps.offsets_per_step, block.first + i, p, block);
+      step_particle<features, arithmetic>(terms, steps.offsets + n * steps.offsets_per_step, block.first + i, p, block);
       for (std::size_t axis = 0; axis < 3; ++axis) {
         block.x[axis][i] = p.x1[axis];
         block.v[axis][i] = p.v1[axis];
@@ -64,10 +64,10 @@ void step_block(const Block<T>& block, const Terms<T>& terms, const Steps<T>& st
 
 // The plan's terms say which flow it is.
 template <class T, Arithmetic arithmetic>
-constexpr std::array<std::array<StepBlock<T>, extras>, flows> all_flows() noexcept {
-  std::array<std::array<StepBlock<T>, extras>, flows> blocks{};
-  blocks.fill({step_block<T, Extras::none, arithmetic>, step_block<T, Extras::contact, arithmetic>,
-               step_block<T, Extras::radial, arithmetic>, step_block<T, Extras::radial_contact, arithmetic>});
+constexpr std::array<std::array<StepBlock<T>, feature_sets>, flows> all_flows() noexcept {
+  std::array<std::array<StepBlock<T>, feature_sets>, flows> blocks{};
+  blocks.fill({step_block<T, StepFeatures::none, arithmetic>, step_block<T, StepFeatures::contact, arithmetic>,
+               step_block<T, StepFeatures::radial, arithmetic>, step_block<T, StepFeatures::radial_contact, arithmetic>});
   return blocks;
 }
 

@@ -121,7 +121,7 @@ FreeMotion<T>::FreeMotion(const Scene& scene, const Options& options, const Free
       kernels(&passes),
       equilibrium(equilibrium_shift<T>(system)),
       flow(choose_flow<T>(system, equilibrium ? Drive::none : Drive::offsets)),
-      extra(extras_of(system.radial().size(), scene.contacts.size())),
+      features(features_of(system.radial().size(), scene.contacts.size())),
       block(0),
       scene_(scene),
       count_(count),

@@ -53,7 +53,7 @@ class FreeMotion {
   const FreeKernels<T>* kernels;
   std::optional<Vec3> equilibrium;  // from the anchor to where constant forces hold it, m: where a step needs no offsets
   Flow flow;
-  Extras extra;
+  StepFeatures features;
   std::size_t block;
   Terms<T> terms;
 
@@ -80,7 +80,7 @@ class FreeMotion {
   std::optional<std::size_t> count_;
   double step_;  // s
   int impacts_;
-  Elsewhere elsewhere_;
+  PartContext elsewhere_;
   double flows_per_substep_;
   const ShapeMemories<T>& shapes_;
   Columns<T> columns_;

@@ -138,7 +138,7 @@ struct Moves {
   using T = Scalar<V>;
 
   // The register's particles at i, moved by the whole step: step_batch.
-  bool (*step)(const Block<T>&, const Terms<T>&, const Offsets<T>*, std::size_t i, Waiting<V, arithmetic>&, Still<V>&);
+  bool (*step)(const Block<T>&, const Terms<T>&, const Offsets<T>*, std::size_t i, Waiting<V, arithmetic>&, Dormant<V>&);
   // By all but contacts.
   void (*batch)(Trajectory<V>& m, const Block<T>& particles, const Terms<T>& terms, const Offsets<T>* offsets, std::size_t i);
   StepBlock<T> alone;  // as without contacts
@@ -176,7 +176,7 @@ Region<Scalar<V>> region_of(const Moves<V, arithmetic>& moves, const Block<Scala
 
 template <class V, Arithmetic arithmetic>
 void step_batches(const Moves<V, arithmetic>& moves, const Block<Scalar<V>>& particles, const Terms<Scalar<V>>& terms,
-                  const Offsets<Scalar<V>>* offsets, Still<V>& still) noexcept {
+                  const Offsets<Scalar<V>>* offsets, Dormant<V>& still) noexcept {
   Waiting<V, arithmetic> waiting(still);
   for (std::size_t i = 0; i < particles.count; i += V::size) {
     if (still.are_all(i)) continue;
@@ -190,7 +190,7 @@ void step_batches(const Moves<V, arithmetic>& moves, const Block<Scalar<V>>& par
 template <class V, Arithmetic arithmetic>
 [[gnu::noinline]] void step_near(const Moves<V, arithmetic>& moves, const Block<Scalar<V>>& particles,
                                  const Terms<Scalar<V>>& terms, const Offsets<Scalar<V>>* offsets, const NearList& near,
-                                 const Region<Scalar<V>>& region, Still<V>& still) noexcept {
+                                 const Region<Scalar<V>>& region, Dormant<V>& still) noexcept {
   using T = Scalar<V>;
   Surface<T> surfaces[most_near];
   Terms<T> own = terms;
@@ -268,7 +268,7 @@ void run_searching(const Moves<V, arithmetic>& moves, const Block<Scalar<V>>& bl
     find_near(terms, moves.region_of_all(particles, terms, steps), near);
     if (near.count == 0) return moves.alone(particles, terms, steps);
   }
-  Still<V> still(particles, terms, steps);
+  Dormant<V> still(particles, terms, steps);
   for (std::size_t n = 0; n < steps.count; ++n) {
     const Offsets<T>* offsets = steps.offsets + n * steps.offsets_per_step;
     const Region<T> region = region_of<V, arithmetic>(moves, particles, terms, offsets);

@@ -28,7 +28,7 @@ Polynomial8 local_polynomial(const Polynomial& force, std::size_t axis, const Cl
 
 }  // namespace
 
-System::System(const Scene& scene, std::span<const Vec3> start, double h, const Elsewhere& elsewhere)
+System::System(const Scene& scene, std::span<const Vec3> start, double h, const PartContext& elsewhere)
     : scene_(&scene), start_(start), h_(h), elsewhere_(elsewhere) {
   sort_forces();
   find_sources();

@@ -51,7 +51,7 @@ struct Rate {
 class System {
  public:
   // Particle i starts at start[i] (empty where no anchor stands at the start). h may be negative. The scene must outlive this.
-  System(const Scene& scene, std::span<const Vec3> start, double h, const Elsewhere& elsewhere = {});
+  System(const Scene& scene, std::span<const Vec3> start, double h, const PartContext& elsewhere = {});
 
   [[nodiscard]] bool has_springs() const noexcept { return has_springs_; }
   [[nodiscard]] bool is_damped() const noexcept { return is_damped_; }
@@ -99,7 +99,7 @@ class System {
   const Scene* scene_;
   std::span<const Vec3> start_;
   double h_;
-  Elsewhere elsewhere_;
+  PartContext elsewhere_;
   std::vector<std::size_t> combined_, separate_, alone_, radial_;
   std::vector<Source> sources_;
   std::size_t kicks_ = 0;

@@ -9,17 +9,17 @@ namespace met_pairs {
 
 // The start and the end of a particle's way, as impacts have changed them.
 template <class T>
-struct Way {
+struct Path {
   Point<T> from, to, v;
 };
 
 template <class T>
-Way<T> way_of(const MetParticles<T>& of, std::size_t i, T h) noexcept {
-  Way<T> way;
-  way.from = plus(of.start[i].x, of.shift[i].dx);
-  way.to = plus(of.end[i].x, plus(of.shift[i].dx, times(h, of.hits[i].dv)));
-  way.v = plus(of.velocity[i].v, of.hits[i].dv);
-  return way;
+Path<T> path_of(const MetParticles<T>& of, std::size_t i, T h) noexcept {
+  Path<T> path;
+  path.from = plus(of.start[i].x, of.shift[i].dx);
+  path.to = plus(of.end[i].x, plus(of.shift[i].dx, times(h, of.hits[i].dv)));
+  path.v = plus(of.velocity[i].v, of.hits[i].dv);
+  return path;
 }
 
 template <class T>
@@ -66,8 +66,8 @@ Impact<T> find_impact(std::size_t i, std::size_t j, const MetParticles<T>& of, T
   const T sign = h < 0 ? T(-1) : T(1);
   const Point<T> u = minus(plus(of.velocity[i].v, of.hits[i].dv), plus(of.velocity[j].v, of.hits[j].dv));
   if (!(inner(u, u) > slowest * slowest)) return impact;
-  const met_pairs::Way<T> own = met_pairs::way_of(of, i, h);
-  const met_pairs::Way<T> other = met_pairs::way_of(of, j, h);
+  const met_pairs::Path<T> own = met_pairs::path_of(of, i, h);
+  const met_pairs::Path<T> other = met_pairs::path_of(of, j, h);
   const Point<T> q0 = plus(minus(of.start[i].x, of.start[j].x), minus(of.shift[i].dx, of.shift[j].dx));
   const Point<T> D = minus(minus(own.to, other.to), q0);
   const T last = std::max(of.hits[i].last, of.hits[j].last);
@@ -96,7 +96,7 @@ void find_impact(MetWall<T>& wall, std::size_t i, const MetParticles<T>& of, T h
   const Point<T> v = minus(plus(of.velocity[i].v, of.hits[i].dv), times(1 / h, wall.way));
   wall.impact.speed = -sign * inner(wall.n, v);
   if (!(wall.impact.speed > slowest)) return;
-  const met_pairs::Way<T> own = met_pairs::way_of(of, i, h);
+  const met_pairs::Path<T> own = met_pairs::path_of(of, i, h);
   const Point<T> D = minus(minus(own.to, own.from), wall.way);
   const T at_first = wall.start + inner(wall.n, of.shift[i].dx);
   const T fall = inner(wall.n, D);

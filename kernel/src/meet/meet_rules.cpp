@@ -294,7 +294,7 @@ std::optional<Error> error_of_shaking(const Scene& scene, std::span<const Vec3> 
 }
 
 // A part's own particles stand together among those that are told, in its order.
-std::optional<Error> error_of_telling(const Elsewhere& elsewhere) {
+std::optional<Error> error_of_telling(const PartContext& elsewhere) {
   const SharedMeetings& all = elsewhere.meetings;
   std::size_t next = all.first;
   for (std::size_t k = 0; k < all.numbers.size(); ++k) {

@@ -18,7 +18,7 @@ namespace dvdx {
 template <class T>
 class MeetShare {
  public:
-  MeetShare(const Elsewhere& elsewhere, const ParticleOrder& order, MeetRoom<T>& room, const WorkColumns<T>& work) noexcept
+  MeetShare(const PartContext& elsewhere, const ParticleOrder& order, MeetRoom<T>& room, const WorkColumns<T>& work) noexcept
       : all_(elsewhere.meetings), is_own_(elsewhere.exchange.is_own), order_(order), room_(room), work_(work) {}
 
   // Whether the plan is of one part of several.
@@ -26,7 +26,7 @@ class MeetShare {
   [[nodiscard]] std::size_t particles() const noexcept { return all_.told.size(); }
 
   // A sub-step begins.
-  void set_out() const noexcept {
+  void begin_driven_paths() const noexcept {
     over_own([&](std::size_t k, ToldParticle<T>& told) { told.start = at(work_.x, k); });
   }
   // Its flows have ended: the room learns of all.

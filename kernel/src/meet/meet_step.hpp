@@ -32,7 +32,7 @@ class MeetStep {
  public:
   // For so many particles, or all of those of which elsewhere's part steps some.
   MeetStep(const MeetingsOfScene<T>& scene, MeetRoom<T>& room, const WorkColumns<T>& work, std::size_t particles,
-           const Elsewhere& elsewhere, const MeetKernels<T>& kernels, const ParallelFor& parallel,
+           const PartContext& elsewhere, const MeetKernels<T>& kernels, const ParallelFor& parallel,
            ContactReport::Parts* report) noexcept
       : order_(scene.order),
         origin_(scene.origin),
@@ -50,8 +50,8 @@ class MeetStep {
   }
 
   // A sub-step begins.
-  void set_out() noexcept {
-    if (share_.is_there()) return share_.set_out();
+  void begin_driven_paths() noexcept {
+    if (share_.is_there()) return share_.begin_driven_paths();
     of_.over_particles([&](std::size_t i) { room_.start[i] = {at(work_.x, i), of_.rules.radii()[i]}; });
   }
 

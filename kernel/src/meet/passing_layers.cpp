@@ -84,7 +84,7 @@ class WaysAlong {
   [[nodiscard]] double to(std::uint32_t i) const noexcept { return way_[i]; }
 
  private:
-  using Way = std::pair<double, std::uint32_t>;
+  using Reached = std::pair<double, std::uint32_t>;
   void come(double way, std::uint32_t i, double most) {
     if (!(way <= most) || !(way < way_[i])) return;
     way_[i] = way;
@@ -93,10 +93,10 @@ class WaysAlong {
   }
 
   std::vector<std::size_t> from_;  // of what is joined to each particle, and its end
-  std::vector<Way> joined_;
+  std::vector<Reached> joined_;
   std::vector<double> way_;
   std::vector<std::uint32_t> found_;
-  std::priority_queue<Way, std::vector<Way>, std::greater<>> next_;
+  std::priority_queue<Reached, std::vector<Reached>, std::greater<>> next_;
 };
 
 }  // namespace

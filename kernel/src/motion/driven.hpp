@@ -168,33 +168,33 @@ class DrivenPlaces {
 
   // Allocates at the first call, and changes nothing where that fails.
   void ask(std::span<const Vec3> places) {
-    if (ways_.empty()) ways_.resize(places.size());
-    for (std::size_t i = 0; i < places.size(); ++i) ways_[i].asked = places[i];
+    if (paths_.empty()) paths_.resize(places.size());
+    for (std::size_t i = 0; i < places.size(); ++i) paths_[i].asked = places[i];
     is_asked_ = true;
   }
   // They rest there from now on; likewise.
   void jump(std::span<const Vec3> places) {
-    if (ways_.empty()) ways_.resize(places.size());
-    for (std::size_t i = 0; i < places.size(); ++i) ways_[i] = {.from = places[i], .to = places[i]};
+    if (paths_.empty()) paths_.resize(places.size());
+    for (std::size_t i = 0; i < places.size(); ++i) paths_[i] = {.from = places[i], .to = places[i]};
     is_driven_ = true;
     is_asked_ = false;
   }
 
   void carry(const RigidMotion& by) noexcept {
-    for (Way& way : ways_) {
-      for (Vec3* const place : {&way.from, &way.to, &way.asked}) *place = by.place(*place);
-      way.velocity = by.direction(way.velocity);
+    for (Path& path : paths_) {
+      for (Vec3* const place : {&path.from, &path.to, &path.asked}) *place = by.place(*place);
+      path.velocity = by.direction(path.velocity);
     }
   }
 
-  [[nodiscard]] bool has_way() const noexcept { return is_asked_ || is_driven_; }
+  [[nodiscard]] bool has_path() const noexcept { return is_asked_ || is_driven_; }
 
-  // Begins a step of a group that has a way: each particle, from `undriven` where nothing has driven it yet; then the group.
+  // Begins a step of a group that has a path: each particle, from `undriven` where nothing has driven it yet; then the group.
   void begin(std::size_t i, const Vec3& undriven, double duration) noexcept {
-    Way& way = ways_[i];
-    way.from = is_driven_ ? way.to : undriven;
-    way.to = is_asked_ ? way.asked : way.from;
-    way.velocity = scaled(difference(way.to, way.from), 1 / duration);
+    Path& path = paths_[i];
+    path.from = is_driven_ ? path.to : undriven;
+    path.to = is_asked_ ? path.asked : path.from;
+    path.velocity = scaled(difference(path.to, path.from), 1 / duration);
   }
   void begin(const Clock& clock, double duration) noexcept {
     is_driven_ = true;
@@ -203,25 +203,25 @@ class DrivenPlaces {
   }
 
   [[nodiscard]] Vec3 place(std::size_t i, const Clock& clock) const noexcept {
-    const Way& way = ways_[i];
+    const Path& path = paths_[i];
     const double part = step_.part_passed(clock);
-    if (part == 1) return way.to;
-    Vec3 x = way.from;
-    for (std::size_t k = 0; k < 3; ++k) x[k] += part * step_.duration * way.velocity[k];
+    if (part == 1) return path.to;
+    Vec3 x = path.from;
+    for (std::size_t k = 0; k < 3; ++k) x[k] += part * step_.duration * path.velocity[k];
     return x;
   }
-  [[nodiscard]] const Vec3& velocity(std::size_t i) const noexcept { return ways_[i].velocity; }
+  [[nodiscard]] const Vec3& velocity(std::size_t i) const noexcept { return paths_[i].velocity; }
 
   // has(n): whether the archive has n numbers more, asked before memory is taken for them.
   template <class Archive, class Has>
   void pass(Archive& archive, const Has& has) {
     archive(is_asked_);
     archive(is_driven_);
-    if (!has_way()) return;
-    constexpr std::size_t numbers = sizeof(Way) / sizeof(double);
-    if (ways_.empty() && has(numbers * particles_)) ways_.resize(particles_);
-    for (Way& way : ways_) {
-      for (Vec3* const v : {&way.from, &way.to, &way.asked, &way.velocity}) {
+    if (!has_path()) return;
+    constexpr std::size_t numbers = sizeof(Path) / sizeof(double);
+    if (paths_.empty() && has(numbers * particles_)) paths_.resize(particles_);
+    for (Path& path : paths_) {
+      for (Vec3* const v : {&path.from, &path.to, &path.asked, &path.velocity}) {
         for (double& number : *v) archive(number);
       }
     }
@@ -229,11 +229,11 @@ class DrivenPlaces {
   }
 
  private:
-  struct Way {
+  struct Path {
     Vec3 from{}, to{}, asked{}, velocity{};
   };
   std::size_t particles_;
-  std::vector<Way> ways_;
+  std::vector<Path> paths_;
   bool is_asked_ = false, is_driven_ = false;
   DrivenStep step_;
 };

@@ -30,9 +30,9 @@ bool holds_any(const Skin& skin) {
   return false;
 }
 
-Elsewhere rates_of(const Scene& scene, std::size_t count) {
+PartContext rates_of(const Scene& scene, std::size_t count) {
   const System system(scene, {}, 1);
-  Elsewhere found{.anchors_differ = system.anchors_differ()};
+  PartContext found{.anchors_differ = system.anchors_differ()};
   found.closes_substeps = std::any_of(scene.skins.begin(), scene.skins.end(), holds_any);
   const std::size_t axes = system.is_isotropic() ? 1 : 3;
   for (std::size_t i = 0; i < (system.is_uniform() ? std::min<std::size_t>(count, 1) : count); ++i) {
@@ -115,7 +115,7 @@ SpringsAre springs_of_part(const Scene& scene, const SweptPart* sweeps, bool is_
 
 }  // namespace
 
-std::optional<Error> check_sweeps(const Scene& scene, const Elsewhere& elsewhere, std::optional<std::size_t> count) {
+std::optional<Error> check_sweeps(const Scene& scene, const PartContext& elsewhere, std::optional<std::size_t> count) {
   const bool is_swept = scene.coupling.scheme == Scheme::sequential && !scene.networks.empty();
   const bool is_sheet = is_swept && count && SteppedGrid(scene, *count, SteppedGrid::Sheets::stacked_too).get() != nullptr;
   const SweptPart* const sweeps = elsewhere.sweeps;
@@ -147,7 +147,7 @@ std::optional<Error> check_sweeps(const Scene& scene, const Elsewhere& elsewhere
                "0 within a piece; else from 1 to " + std::to_string(sweeps->colours) + ", of no other spring of its particles"};
 }
 
-Elsewhere elsewhere_of(const Scene& scene, std::size_t count) {
+PartContext elsewhere_of(const Scene& scene, std::size_t count) {
   if (std::none_of(scene.forces.begin(), scene.forces.end(), is_linear_spring)) return rates_of(scene, count);
   Scene linear = scene;
   for (Force& force : linear.forces) force = with_linear_spring(force);

@@ -67,7 +67,7 @@ class JoinedFlow {
           Block<T> block = block_of(first, count, log);
           if (keeps_starts) keep_starts(block, starts);
           flow_block(motion, offsets_[f], impulse, block, [&] {
-            if (left.shift != nullptr && motion.extra == Extras::none) {
+            if (left.shift != nullptr && motion.features == StepFeatures::none) {
               take_in_flow(*left.shift, block);
             } else {
               take(left, first, first + count);
@@ -177,7 +177,7 @@ class JoinedFlow {
   void flow_block(const FreeMotion<T>& motion, const FlowOffsets& offsets, const Block<T>& block) noexcept {
     const Steps<T> once{.offsets = offsets.data(), .offsets_per_step = 0, .count = 1};
     const bool moves = !ws_.surfaces.empty() && motion.terms.surface_count != 0;
-    motion.kernels->at(motion.flow, motion.extra)(block, moves ? followers_.moved_terms() : motion.terms, once);
+    motion.kernels->at(motion.flow, motion.features)(block, moves ? followers_.moved_terms() : motion.terms, once);
   }
 
   // Flows that go back have no contacts of their own.

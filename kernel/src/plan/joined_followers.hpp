@@ -29,14 +29,14 @@ class JoinedFollowers {
   }
 
   // Starts the driven motions and groups on this step's path.
-  void set_out() noexcept {
+  void begin_driven_paths() noexcept {
     for (std::size_t k = 0; k < ws_.motions.size(); ++k) ws_.motions[k].begin(m_.tracks()[k], call_.clock, joints_.step);
     for (const FixedParticle& of : joints_.fixed) {
-      if (!of.motion || !ws_.groups[of.group].has_way()) continue;
+      if (!of.motion || !ws_.groups[of.group].has_path()) continue;
       ws_.groups[of.group].begin(of.index, ws_.poses[*of.motion].place(of.place), joints_.step);
     }
     for (DrivenPlaces& group : ws_.groups) {
-      if (group.has_way()) group.begin(call_.clock, joints_.step);
+      if (group.has_path()) group.begin(call_.clock, joints_.step);
     }
   }
 
@@ -72,7 +72,7 @@ class JoinedFollowers {
   }
 
   // Positions are counted from where they are now.
-  void count_from_here() noexcept {
+  void rebase_origin() noexcept {
     call_.for_each_stepped(
         [&](std::size_t from, std::size_t end) { call_.kernels.move_origin(ws_.origin, work_.x, from, end); });
     for (const Held<T>& held : call_.held) {

@@ -109,8 +109,9 @@ JoinedMotion<T>::JoinedMotion(std::shared_ptr<Joints<T>> joints, const Scene& sc
   const bool ends_with_springs = !last_ && !b.empty();  // theta 1
   if (!scene.contacts.empty() && (ends_with_springs || joints_->constraints || joints_->meet || faces() != nullptr))
     settling_ = over(0);
-  const bool is_free = std::all_of(flows_.begin(), flows_.end(),
-                                   [](const auto& flow) { return is_drift(flow->flow) && flow->extra == Extras::none; });
+  const bool is_free = std::all_of(flows_.begin(), flows_.end(), [](const auto& flow) {
+    return is_drift(flow->flow) && flow->features == StepFeatures::none;
+  });
   const bool is_relative = joints_->coupling.scheme == Scheme::sequential && is_free && !closes_substeps();
   counted_from_ = is_relative ? CountedFrom::step : CountedFrom::zero;
 }

@@ -41,7 +41,7 @@ struct Batch {
 template <class A, class T>
 void run_steps(const Batch<A, T>& batch, Block<A>& block, ContactRecorder<A>* recorder) noexcept {
   const FreeMotion<A>& motion = batch.motion;
-  const StepBlock<A> run = motion.kernels->at(motion.flow, motion.extra);
+  const StepBlock<A> run = motion.kernels->at(motion.flow, motion.features);
   if (recorder == nullptr) return run(block, batch.terms, batch.steps);
   block.log = recorder;
   Clock clock = batch.start;
@@ -138,7 +138,7 @@ std::size_t step_as_they_lie(const Batch<A, T>& batch, std::size_t first, std::s
   if constexpr (std::is_same_v<A, T>) {
     const FreeMotion<A>& motion = batch.motion;
     const State<T>& state = batch.state;
-    if (motion.extra != Extras::none) return 0;
+    if (motion.features != StepFeatures::none) return 0;
     const LayoutKernels<T>& kernels = motion.kernels->layout;
     if (const StepStructs<T> step = kernels.structs.at(motion.flow);
         step != nullptr && threes_of(state.x) && threes_of(state.v)) {
@@ -246,7 +246,7 @@ StepResult step_by(const CompiledScene<A>& scene, JoinedWorkspace<A>* workspace,
     const StepEnvironment environment;  // the offsets are made here, whatever the caller's rounding mode
     if (joined != nullptr) return step_joined(scene, *joined, *workspace, state, steps, parallel, reported.report);
     if (scene.particles == Particles::come_and_go && is_any_carried(scene.scene.contacts)) {
-      return StepResult::workspace_differs;  // LivePlan alone moves these surfaces
+      return StepResult::workspace_differs;  // LifecyclePlan alone moves these surfaces
     }
     step_free(scene, *scene.free(), scene.free()->terms, state, steps, parallel, reported);
     return StepResult::done;

@@ -80,7 +80,7 @@ class JoinedStep {
 
   // For a call of no steps: puts what motions carry where it is at this time.
   template <class Kept>
-  void put_followers_back(const State<Kept>& state) noexcept {
+  void store_kinematic(const State<Kept>& state) noexcept {
     for (const Held<T>& held : call_.held) {
       if (followers_.is_kinematic(held)) JoinedCopies<T>(call_).put_back_held(held, state);
     }
@@ -144,12 +144,12 @@ class JoinedStep {
 
   void step(const Clock& clock) noexcept {
     call_.begin_step(clock);
-    set_out();
+    begin_driven_paths();
     sweeps_.begin_step();
     flow_.still().begin();
     for (int substep = 0; substep < joints_.chosen.substeps; ++substep) {
       const Clock begun = call_.clock;
-      if (meet_) meet_->set_out();
+      if (meet_) meet_->begin_driven_paths();
       air_.begin_substep(substep);
       const auto& before = substep == 0 ? m_.first() : m_.again();
       for (std::size_t k = 0; k < before.size(); ++k) {
@@ -163,14 +163,14 @@ class JoinedStep {
     if (m_.last() && !m_.closes_substeps() && !moves_alone()) flow_.run(*m_.last());
     flow_.take_what_the_sweeps_left();
     if (m_.settling()) settle();
-    if (call_.is_relative()) followers_.count_from_here();
+    if (call_.is_relative()) followers_.rebase_origin();
   }
 
   // Starts all that is driven on this step's path.
-  void set_out() noexcept {
-    followers_.set_out();
-    if (balls_) balls_->set_out(call_.clock, joints_.step);
-    if (faces_) faces_->set_out(call_.clock);
+  void begin_driven_paths() noexcept {
+    followers_.begin_driven_paths();
+    if (balls_) balls_->begin_driven_paths(call_.clock, joints_.step);
+    if (faces_) faces_->begin_driven_paths(call_.clock);
   }
 
   // No pulse stands between a sub-step's flow and the next one's.
@@ -288,7 +288,7 @@ StepResult step_joined(const CompiledScene<T>& scene, const JoinedMotion<T>& mot
   JoinedStep<T> call(scene, motion, workspace, state.count, parallel, report);
   call.fetch_all(state);
   if (steps == 0) {
-    call.put_followers_back(state);
+    call.store_kinematic(state);
     return StepResult::done;
   }
   Clock clock = state.clock;

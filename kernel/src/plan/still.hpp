@@ -212,9 +212,9 @@ class StillBlock {
       free.x[axis] = at[axis].data();
       free.v[axis] = gain[axis].data();
     }
-    const Extras extra = motion.terms.radial_count != 0 ? Extras::radial : Extras::none;
+    const StepFeatures features = motion.terms.radial_count != 0 ? StepFeatures::radial : StepFeatures::none;
     const Steps<T> once{.offsets = offsets, .offsets_per_step = 0, .count = 1};
-    motion.kernels->at(motion.flow, extra)(free, motion.terms, once);
+    motion.kernels->at(motion.flow, features)(free, motion.terms, once);
     for (std::size_t axis = 0; axis < 3 && is_alike; ++axis) std::fill_n(gain[axis].data(), block_.count, gain[axis][0]);
     return gain;
   }

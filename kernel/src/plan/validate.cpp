@@ -628,7 +628,7 @@ void check_push_out(Checker& check, const Scene& scene) {
   }
 }
 
-std::optional<Error> check(const Scene& scene, std::optional<std::size_t> count, const Elsewhere& elsewhere) {
+std::optional<Error> check(const Scene& scene, std::optional<std::size_t> count, const PartContext& elsewhere) {
   Checker check(count);
   check.choice("method", scene.method, Method::symplectic_euler);
   check.scalars("mass", scene.mass, Range::positive);

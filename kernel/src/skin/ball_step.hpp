@@ -42,9 +42,9 @@ class BallStep {
   }
 
   // Skins that the caller drives begin this step's way; poses are those at its start.
-  void set_out(const Clock& clock, double step) const noexcept {
+  void begin_driven_paths(const Clock& clock, double step) const noexcept {
     for (std::size_t k = 0; k < of_.driven.size(); ++k) {
-      if (!of_.driven[k].has_way()) continue;
+      if (!of_.driven[k].has_path()) continue;
       of_.driven[k].begin(clock, step, [&](std::size_t i) { return undriven(k, i); });
     }
   }

@@ -41,15 +41,15 @@ struct UnitNormal {
 class DrivenSkin {
  public:
   explicit DrivenSkin(const SkinShape& shape) : shape_(shape) {
-    for (Way* const way : {&points_, &normals_}) {
-      const std::size_t size = way == &points_ || shape.has_normals ? shape.particles : 0;
-      for (Vectors* const vectors : {&way->from, &way->to, &way->asked, &way->rate}) vectors->resize(size);
+    for (Path* const path : {&points_, &normals_}) {
+      const std::size_t size = path == &points_ || shape.has_normals ? shape.particles : 0;
+      for (Vectors* const vectors : {&path->from, &path->to, &path->asked, &path->rate}) vectors->resize(size);
     }
   }
 
   [[nodiscard]] const SkinShape& shape() const noexcept { return shape_; }
   [[nodiscard]] bool is_driven() const noexcept { return is_driven_; }
-  [[nodiscard]] bool has_way() const noexcept { return is_asked_ || is_driven_; }
+  [[nodiscard]] bool has_path() const noexcept { return is_asked_ || is_driven_; }
 
   // normals: of any length, or none: they stay what they are.
   void ask(std::span<const Vec3> points, std::span<const Vec3> normals) noexcept {
@@ -96,7 +96,7 @@ class DrivenSkin {
     }
   }
 
-  // A step of this duration begins, of a skin that has a way; undriven(i): a point of it where nothing has driven it yet.
+  // A step of this duration begins, of a skin that has a path; undriven(i): a point of it where nothing has driven it yet.
   template <class Undriven>
   void begin(const Clock& clock, double duration, const Undriven& undriven) noexcept {
     for (std::size_t i = 0; i < shape_.particles; ++i) {
@@ -132,9 +132,9 @@ class DrivenSkin {
   template <class Archive>
   void pass(Archive& archive) {
     for (bool* const flag : {&is_asked_, &has_asked_normals_, &is_driven_, &lacks_normals_}) archive(*flag);
-    if (!has_way()) return;
-    for (Way* const way : {&points_, &normals_}) {
-      for (Vectors* const vectors : {&way->from, &way->to, &way->asked, &way->rate}) {
+    if (!has_path()) return;
+    for (Path* const path : {&points_, &normals_}) {
+      for (Vectors* const vectors : {&path->from, &path->to, &path->asked, &path->rate}) {
         for (std::size_t i = 0; i < vectors->axes[0].size(); ++i) {
           for (std::vector<double>& axis : vectors->axes) archive(axis[i]);
         }
@@ -161,7 +161,7 @@ class DrivenSkin {
     }
   };
 
-  struct Way {
+  struct Path {
     Vectors from{}, to{}, asked{}, rate{};
 
     void begin(std::size_t i, const Vec3& from_, bool is_asked, double duration) noexcept {
@@ -184,7 +184,7 @@ class DrivenSkin {
   };
 
   SkinShape shape_;
-  Way points_, normals_;
+  Path points_, normals_;
   bool is_asked_ = false, has_asked_normals_ = false, is_driven_ = false;
   bool lacks_normals_ = false;  // and takes those that it had before it was driven
   DrivenStep step_;

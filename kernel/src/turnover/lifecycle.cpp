@@ -87,7 +87,7 @@ class LifecycleChecker : public Checker {
   std::size_t motions_;
 };
 
-std::optional<Error> check(const Turnover& turnover, const Options& options, const Scene& scene) {
+std::optional<Error> check(const Lifecycle& turnover, const Options& options, const Scene& scene) {
   LifecycleChecker check(scene.motions.size());
   check.require(options.step > 0, "step", text(options.step), "a finite number > 0 where particles come and go");
   check.require(options.rounding == Rounding::plain, "rounding", "compensated", "plain where particles come and go");
@@ -126,7 +126,7 @@ std::optional<Error> check_alike(const Scene& scene) {
 }
 
 // Each particle is as large as all others, and what is left of another's numbers are in order.
-std::optional<Error> check_meeting(const Scene& scene, const Turnover& turnover, const Options& options) {
+std::optional<Error> check_meeting(const Scene& scene, const Lifecycle& turnover, const Options& options) {
   if (!scene.meet) return std::nullopt;
   const Meet& meet = *scene.meet;
   const auto refuse = [](const char* field, const char* value, const char* valid) { return Error{field, value, valid}; };
@@ -215,7 +215,7 @@ constexpr std::size_t most_surfaces_each = 6;  // surfaces of one contact
 }  // namespace
 
 template <class T>
-CompiledLifecycle<T>::CompiledLifecycle(Plan<T> plan_, Turnover turnover_, const SharedBirths& shared_)
+CompiledLifecycle<T>::CompiledLifecycle(Plan<T> plan_, Lifecycle turnover_, const SharedBirths& shared_)
     : plan(std::move(plan_)),
       turnover(std::move(turnover_)),
       shared(shared_),
@@ -252,16 +252,16 @@ std::size_t LifecycleWorkspace<T>::bytes() const noexcept {
 }
 
 template <class T>
-LivePlan<T>::LivePlan(Parts* parts) noexcept : parts_(parts) {}
+LifecyclePlan<T>::LifecyclePlan(Parts* parts) noexcept : parts_(parts) {}
 template <class T>
-LivePlan<T>::LivePlan(LivePlan&& other) noexcept : parts_(std::exchange(other.parts_, nullptr)) {}
+LifecyclePlan<T>::LifecyclePlan(LifecyclePlan&& other) noexcept : parts_(std::exchange(other.parts_, nullptr)) {}
 template <class T>
-LivePlan<T>& LivePlan<T>::operator=(LivePlan&& other) noexcept {
+LifecyclePlan<T>& LifecyclePlan<T>::operator=(LifecyclePlan&& other) noexcept {
   std::swap(parts_, other.parts_);
   return *this;
 }
 template <class T>
-LivePlan<T>::~LivePlan() {
+LifecyclePlan<T>::~LifecyclePlan() {
   delete parts_;
 }
 
@@ -323,11 +323,11 @@ Expected<void> LiveWorkspace<T>::set_pose(std::size_t motion, const Pose& target
 }
 
 template <class T>
-LivePlan<T> LivePlan<T>::clone() const {
-  return LivePlan(parts_ != nullptr ? new Parts(*parts_) : nullptr);
+LifecyclePlan<T> LifecyclePlan<T>::clone() const {
+  return LifecyclePlan(parts_ != nullptr ? new Parts(*parts_) : nullptr);
 }
 template <class T>
-LiveWorkspace<T> LivePlan<T>::workspace() const {
+LiveWorkspace<T> LifecyclePlan<T>::workspace() const {
   if (parts_ == nullptr) return LiveWorkspace<T>(nullptr);
   LiveWorkspace<T> made(new typename LiveWorkspace<T>::Parts(parts_->workspace.shape, parts_->memory));
   if (meets(parts_->compiled)) made.parts_->workspace.meeting.emplace(parts_->compiled.plan.workspace());
@@ -338,7 +338,7 @@ LiveWorkspace<T> LivePlan<T>::workspace() const {
   return made;
 }
 template <class T>
-Expected<void> LivePlan<T>::set_pose(std::size_t motion, const Pose& target, Arrival arrival) {
+Expected<void> LifecyclePlan<T>::set_pose(std::size_t motion, const Pose& target, Arrival arrival) {
   if (parts_ == nullptr) return tl::unexpected(moved_from("plan"));
   Expected<void> done = drive_pose(parts_->workspace.followers.motions, motion, target, arrival);
   if (done && meets(parts_->compiled)) done = parts_->compiled.plan.set_pose(motion, target, arrival);
@@ -346,7 +346,7 @@ Expected<void> LivePlan<T>::set_pose(std::size_t motion, const Pose& target, Arr
   return done;
 }
 template <class T>
-Expected<void> LivePlan<T>::set_step(double h) {
+Expected<void> LifecyclePlan<T>::set_step(double h) {
   return changed_life(parts_, [h](auto& of) -> Expected<void> {
     if (!(h > 0)) return tl::unexpected(Error{"step", text(h), "a finite number > 0 where particles come and go"});
     if (auto error = check_turns(of, of.plan.scene().contacts, h)) return tl::unexpected(*error);
@@ -354,22 +354,22 @@ Expected<void> LivePlan<T>::set_step(double h) {
   });
 }
 template <class T>
-Expected<void> LivePlan<T>::set_force(std::size_t index, const Force& force) {
+Expected<void> LifecyclePlan<T>::set_force(std::size_t index, const Force& force) {
   return changed_life(parts_, [&](auto& of) { return of.plan.set_force(index, force); });
 }
 template <class T>
-Expected<void> LivePlan<T>::set_contact(std::size_t index, const Contact& contact) {
+Expected<void> LifecyclePlan<T>::set_contact(std::size_t index, const Contact& contact) {
   return changed_life(parts_, [&](auto& of) -> Expected<void> {
     if (auto error = check_turns(of, {contact}, of.plan.step_size())) return tl::unexpected(*error);
     return of.plan.set_contact(index, contact);
   });
 }
 template <class T>
-Expected<void> LivePlan<T>::set_wind(const Wind& wind) {
+Expected<void> LifecyclePlan<T>::set_wind(const Wind& wind) {
   return changed_life(parts_, [&](auto& of) { return of.plan.set_wind(wind); });
 }
 template <class T>
-Expected<void> LivePlan<T>::set_emitter(std::size_t index, const Emitter& emitter) {
+Expected<void> LifecyclePlan<T>::set_emitter(std::size_t index, const Emitter& emitter) {
   return changed_life(parts_, [&](auto& of) -> Expected<void> {
     if (index >= of.emitters.size()) return tl::unexpected(no_such("emitters", index, of.emitters.size()));
     LifecycleChecker check(of.tracks.size());
@@ -382,12 +382,12 @@ Expected<void> LivePlan<T>::set_emitter(std::size_t index, const Emitter& emitte
 }
 
 template <class T>
-Expected<void> LivePlan<T>::teleport(LiveState<T>& live, const Pose& by) const {
+Expected<void> LifecyclePlan<T>::teleport(LiveState<T>& live, const Pose& by) const {
   if (parts_ == nullptr) return tl::unexpected(moved_from("plan"));
   return teleported(parts_->compiled, parts_->workspace, live, by);
 }
 template <class T>
-Expected<void> LivePlan<T>::teleport(LiveState<T>& live, LiveWorkspace<T>& workspace, const Pose& by) const {
+Expected<void> LifecyclePlan<T>::teleport(LiveState<T>& live, LiveWorkspace<T>& workspace, const Pose& by) const {
   if (parts_ == nullptr) return tl::unexpected(moved_from("plan"));
   if (workspace.parts_ == nullptr) return tl::unexpected(moved_from("workspace"));
   if (workspace.parts_->workspace.shape != parts_->workspace.shape) {
@@ -396,11 +396,11 @@ Expected<void> LivePlan<T>::teleport(LiveState<T>& live, LiveWorkspace<T>& works
   return teleported(parts_->compiled, workspace.parts_->workspace, live, by);
 }
 template <class T>
-std::vector<double> LivePlan<T>::carried(const LiveState<T>& live) const {
+std::vector<double> LifecyclePlan<T>::carried(const LiveState<T>& live) const {
   return parts_ != nullptr && meets(parts_->compiled) ? plan().carried(live.state) : std::vector<double>{};
 }
 template <class T>
-Expected<void> LivePlan<T>::restore(std::span<const double> carried, const LiveState<T>& live) {
+Expected<void> LifecyclePlan<T>::restore(std::span<const double> carried, const LiveState<T>& live) {
   return changed_life(parts_, [&](auto& of) -> Expected<void> {
     if (!meets(of)) {
       if (carried.empty()) return {};
@@ -413,39 +413,39 @@ Expected<void> LivePlan<T>::restore(std::span<const double> carried, const LiveS
   });
 }
 template <class T>
-Meetings LivePlan<T>::meetings() const noexcept {
+Meetings LifecyclePlan<T>::meetings() const noexcept {
   return plan().meetings();
 }
 template <class T>
-Meetings LivePlan<T>::meetings(const LiveWorkspace<T>& workspace) const noexcept {
+Meetings LifecyclePlan<T>::meetings(const LiveWorkspace<T>& workspace) const noexcept {
   const auto* const own = workspace.parts_;
   return own != nullptr && own->workspace.meeting ? plan().meetings(*own->workspace.meeting) : Meetings{};
 }
 template <class T>
-StateCheck LivePlan<T>::check(const LiveState<T>& live) const noexcept {
+StateCheck LifecyclePlan<T>::check(const LiveState<T>& live) const noexcept {
   return plan().check(live.state);
 }
 template <class T>
-const Scene& LivePlan<T>::scene() const noexcept {
+const Scene& LifecyclePlan<T>::scene() const noexcept {
   return plan().scene();
 }
 template <class T>
-double LivePlan<T>::step_size() const noexcept {
+double LifecyclePlan<T>::step_size() const noexcept {
   return plan().step_size();
 }
 template <class T>
-const Plan<T>& LivePlan<T>::plan() const noexcept {
+const Plan<T>& LifecyclePlan<T>::plan() const noexcept {
   static const Plan<T> nothing(nullptr);  // of one that was moved from
   return parts_ != nullptr ? parts_->compiled.plan : nothing;
 }
 template <class T>
-const Turnover& LivePlan<T>::turnover() const noexcept {
-  static const Turnover nothing;  // likewise
+const Lifecycle& LifecyclePlan<T>::turnover() const noexcept {
+  static const Lifecycle nothing;  // likewise
   return parts_ != nullptr ? parts_->compiled.turnover : nothing;
 }
 
 template <class T>
-std::string LivePlan<T>::explain() const {
+std::string LifecyclePlan<T>::explain() const {
   if (parts_ == nullptr) return "moved from\n";
   const CompiledLifecycle<T>& p = parts_->compiled;
   const double step = p.plan.step_size();
@@ -486,7 +486,7 @@ std::string LivePlan<T>::explain() const {
 }
 
 template <class T>
-Expected<LivePlan<T>> compile(const Scene& scene, const Turnover& turnover, const Options& options) {
+Expected<LifecyclePlan<T>> compile(const Scene& scene, const Lifecycle& turnover, const Options& options) {
   const StepEnvironment environment;  // what is made here does not depend on the caller's rounding mode
   if (auto error = check(turnover, options, scene)) return tl::unexpected(*error);
   if (auto error = check_alike(scene)) return tl::unexpected(*error);
@@ -497,7 +497,7 @@ Expected<LivePlan<T>> compile(const Scene& scene, const Turnover& turnover, cons
   if (!scene.meet) {
     if (auto error = check_turns(scene.contacts, tracks, options.step)) return tl::unexpected(*error);
   }
-  return LivePlan<T>(new typename LivePlan<T>::Parts(std::move(*plan), turnover, options));
+  return LifecyclePlan<T>(new typename LifecyclePlan<T>::Parts(std::move(*plan), turnover, options));
 }
 
 template struct CompiledLifecycle<float>;
@@ -508,55 +508,55 @@ template struct CompiledLifecycle<double>;
 template struct LiveFollowers<double>;
 template struct LifecycleWorkspace<double>;
 template class LiveWorkspace<double>;
-template LivePlan<float>::LivePlan(Parts*) noexcept;
-template LivePlan<double>::LivePlan(Parts*) noexcept;
-template LivePlan<float>::LivePlan(LivePlan<float>&&) noexcept;
-template LivePlan<double>::LivePlan(LivePlan<double>&&) noexcept;
-template LivePlan<float>& LivePlan<float>::operator=(LivePlan<float>&&) noexcept;
-template LivePlan<double>& LivePlan<double>::operator=(LivePlan<double>&&) noexcept;
-template LivePlan<float>::~LivePlan();
-template LivePlan<double>::~LivePlan();
-template LivePlan<float> LivePlan<float>::clone() const;
-template LivePlan<double> LivePlan<double>::clone() const;
-template LiveWorkspace<float> LivePlan<float>::workspace() const;
-template LiveWorkspace<double> LivePlan<double>::workspace() const;
-template Expected<void> LivePlan<float>::set_pose(std::size_t, const Pose&, Arrival);
-template Expected<void> LivePlan<double>::set_pose(std::size_t, const Pose&, Arrival);
-template Expected<void> LivePlan<float>::set_step(double);
-template Expected<void> LivePlan<double>::set_step(double);
-template Expected<void> LivePlan<float>::set_force(std::size_t, const Force&);
-template Expected<void> LivePlan<double>::set_force(std::size_t, const Force&);
-template Expected<void> LivePlan<float>::set_contact(std::size_t, const Contact&);
-template Expected<void> LivePlan<double>::set_contact(std::size_t, const Contact&);
-template Expected<void> LivePlan<float>::set_wind(const Wind&);
-template Expected<void> LivePlan<double>::set_wind(const Wind&);
-template Expected<void> LivePlan<float>::set_emitter(std::size_t, const Emitter&);
-template Expected<void> LivePlan<double>::set_emitter(std::size_t, const Emitter&);
-template Expected<void> LivePlan<float>::teleport(LiveState<float>&, const Pose&) const;
-template Expected<void> LivePlan<double>::teleport(LiveState<double>&, const Pose&) const;
-template Expected<void> LivePlan<float>::teleport(LiveState<float>&, LiveWorkspace<float>&, const Pose&) const;
-template Expected<void> LivePlan<double>::teleport(LiveState<double>&, LiveWorkspace<double>&, const Pose&) const;
-template std::vector<double> LivePlan<float>::carried(const LiveState<float>&) const;
-template std::vector<double> LivePlan<double>::carried(const LiveState<double>&) const;
-template Expected<void> LivePlan<float>::restore(std::span<const double>, const LiveState<float>&);
-template Expected<void> LivePlan<double>::restore(std::span<const double>, const LiveState<double>&);
-template Meetings LivePlan<float>::meetings() const noexcept;
-template Meetings LivePlan<double>::meetings() const noexcept;
-template Meetings LivePlan<float>::meetings(const LiveWorkspace<float>&) const noexcept;
-template Meetings LivePlan<double>::meetings(const LiveWorkspace<double>&) const noexcept;
-template StateCheck LivePlan<float>::check(const LiveState<float>&) const noexcept;
-template StateCheck LivePlan<double>::check(const LiveState<double>&) const noexcept;
-template const Scene& LivePlan<float>::scene() const noexcept;
-template const Scene& LivePlan<double>::scene() const noexcept;
-template double LivePlan<float>::step_size() const noexcept;
-template double LivePlan<double>::step_size() const noexcept;
-template const Plan<float>& LivePlan<float>::plan() const noexcept;
-template const Plan<double>& LivePlan<double>::plan() const noexcept;
-template const Turnover& LivePlan<float>::turnover() const noexcept;
-template const Turnover& LivePlan<double>::turnover() const noexcept;
-template std::string LivePlan<float>::explain() const;
-template std::string LivePlan<double>::explain() const;
-template Expected<LivePlan<float>> compile<float>(const Scene&, const Turnover&, const Options&);
-template Expected<LivePlan<double>> compile<double>(const Scene&, const Turnover&, const Options&);
+template LifecyclePlan<float>::LifecyclePlan(Parts*) noexcept;
+template LifecyclePlan<double>::LifecyclePlan(Parts*) noexcept;
+template LifecyclePlan<float>::LifecyclePlan(LifecyclePlan<float>&&) noexcept;
+template LifecyclePlan<double>::LifecyclePlan(LifecyclePlan<double>&&) noexcept;
+template LifecyclePlan<float>& LifecyclePlan<float>::operator=(LifecyclePlan<float>&&) noexcept;
+template LifecyclePlan<double>& LifecyclePlan<double>::operator=(LifecyclePlan<double>&&) noexcept;
+template LifecyclePlan<float>::~LifecyclePlan();
+template LifecyclePlan<double>::~LifecyclePlan();
+template LifecyclePlan<float> LifecyclePlan<float>::clone() const;
+template LifecyclePlan<double> LifecyclePlan<double>::clone() const;
+template LiveWorkspace<float> LifecyclePlan<float>::workspace() const;
+template LiveWorkspace<double> LifecyclePlan<double>::workspace() const;
+template Expected<void> LifecyclePlan<float>::set_pose(std::size_t, const Pose&, Arrival);
+template Expected<void> LifecyclePlan<double>::set_pose(std::size_t, const Pose&, Arrival);
+template Expected<void> LifecyclePlan<float>::set_step(double);
+template Expected<void> LifecyclePlan<double>::set_step(double);
+template Expected<void> LifecyclePlan<float>::set_force(std::size_t, const Force&);
+template Expected<void> LifecyclePlan<double>::set_force(std::size_t, const Force&);
+template Expected<void> LifecyclePlan<float>::set_contact(std::size_t, const Contact&);
+template Expected<void> LifecyclePlan<double>::set_contact(std::size_t, const Contact&);
+template Expected<void> LifecyclePlan<float>::set_wind(const Wind&);
+template Expected<void> LifecyclePlan<double>::set_wind(const Wind&);
+template Expected<void> LifecyclePlan<float>::set_emitter(std::size_t, const Emitter&);
+template Expected<void> LifecyclePlan<double>::set_emitter(std::size_t, const Emitter&);
+template Expected<void> LifecyclePlan<float>::teleport(LiveState<float>&, const Pose&) const;
+template Expected<void> LifecyclePlan<double>::teleport(LiveState<double>&, const Pose&) const;
+template Expected<void> LifecyclePlan<float>::teleport(LiveState<float>&, LiveWorkspace<float>&, const Pose&) const;
+template Expected<void> LifecyclePlan<double>::teleport(LiveState<double>&, LiveWorkspace<double>&, const Pose&) const;
+template std::vector<double> LifecyclePlan<float>::carried(const LiveState<float>&) const;
+template std::vector<double> LifecyclePlan<double>::carried(const LiveState<double>&) const;
+template Expected<void> LifecyclePlan<float>::restore(std::span<const double>, const LiveState<float>&);
+template Expected<void> LifecyclePlan<double>::restore(std::span<const double>, const LiveState<double>&);
+template Meetings LifecyclePlan<float>::meetings() const noexcept;
+template Meetings LifecyclePlan<double>::meetings() const noexcept;
+template Meetings LifecyclePlan<float>::meetings(const LiveWorkspace<float>&) const noexcept;
+template Meetings LifecyclePlan<double>::meetings(const LiveWorkspace<double>&) const noexcept;
+template StateCheck LifecyclePlan<float>::check(const LiveState<float>&) const noexcept;
+template StateCheck LifecyclePlan<double>::check(const LiveState<double>&) const noexcept;
+template const Scene& LifecyclePlan<float>::scene() const noexcept;
+template const Scene& LifecyclePlan<double>::scene() const noexcept;
+template double LifecyclePlan<float>::step_size() const noexcept;
+template double LifecyclePlan<double>::step_size() const noexcept;
+template const Plan<float>& LifecyclePlan<float>::plan() const noexcept;
+template const Plan<double>& LifecyclePlan<double>::plan() const noexcept;
+template const Lifecycle& LifecyclePlan<float>::turnover() const noexcept;
+template const Lifecycle& LifecyclePlan<double>::turnover() const noexcept;
+template std::string LifecyclePlan<float>::explain() const;
+template std::string LifecyclePlan<double>::explain() const;
+template Expected<LifecyclePlan<float>> compile<float>(const Scene&, const Lifecycle&, const Options&);
+template Expected<LifecyclePlan<double>> compile<double>(const Scene&, const Lifecycle&, const Options&);
 
 }  // namespace dvdx

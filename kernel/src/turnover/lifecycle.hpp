@@ -63,10 +63,10 @@ struct ParticleGroup {
 
 template <class T>
 struct CompiledLifecycle {
-  CompiledLifecycle(Plan<T> plan_, Turnover turnover_, const SharedBirths& shared_);
+  CompiledLifecycle(Plan<T> plan_, Lifecycle turnover_, const SharedBirths& shared_);
 
   Plan<T> plan;
-  Turnover turnover;
+  Lifecycle turnover;
   SharedBirths shared;
   const Passes& passes;
   RemovalTerms<T> removal;
@@ -89,7 +89,7 @@ bool meets(const CompiledLifecycle<T>& compiled) noexcept {
 }
 template <class T>
 LifecycleShape shape_of(const CompiledLifecycle<T>& compiled) noexcept {
-  const Turnover& turnover = compiled.turnover;
+  const Lifecycle& turnover = compiled.turnover;
   return {.capacity = turnover.capacity,
           .parts = compiled.shared.parts,
           .emitters = turnover.emitters.size(),
@@ -158,8 +158,8 @@ const MovedPose* carrier_of(const CompiledLifecycle<T>& compiled, const LiveFoll
 }
 
 template <class T>
-struct LivePlan<T>::Parts {
-  Parts(Plan<T> plan, const Turnover& turnover, const Options& options)
+struct LifecyclePlan<T>::Parts {
+  Parts(Plan<T> plan, const Lifecycle& turnover, const Options& options)
       : compiled(std::move(plan), turnover, options.elsewhere.births),
         workspace(shape_of(compiled), options.memory),
         memory(options.memory) {}

@@ -1,4 +1,4 @@
-// A call of LivePlan::step: in batches of steps, what lives is stepped and moved together, and what is born follows behind.
+// A call of LifecyclePlan::step: in batches of steps, what lives is stepped and moved together, and what is born follows behind.
 #include <algorithm>
 #include <span>
 
@@ -51,7 +51,7 @@ class LifecycleStep {
     const std::size_t most = goes_singly ? 1 : batch_steps;
     for (std::size_t left = steps; left != 0;) {
       const std::size_t now = batch_of(std::min(left, most));
-      set_out();
+      begin_driven_paths();
       if (const StepResult result = meet(); result != StepResult::done) return result;
       step_batch(now);
       if (report_ != nullptr) report_->steps += now;
@@ -143,7 +143,7 @@ class LifecycleStep {
   // ---- what follows a motion ----------------------------------------------------------------------------------------------
 
   // Before a step: all poses at its end, and surfaces that go there.
-  void set_out() noexcept {
+  void begin_driven_paths() noexcept {
     LiveFollowers<T>& followers = ws_.followers;
     followers.moved = nullptr;
     const auto& [start, end] = std::pair(ws_.clocks[0], ws_.clocks[1]);
@@ -403,13 +403,13 @@ Expected<void> burst_in(const CompiledLifecycle<T>& compiled, LifecycleWorkspace
 }  // namespace
 
 template <class T>
-Expected<void> LivePlan<T>::burst(LiveState<T>& live, std::size_t index, std::size_t births) const {
+Expected<void> LifecyclePlan<T>::burst(LiveState<T>& live, std::size_t index, std::size_t births) const {
   if (parts_ == nullptr) return tl::unexpected(moved_from("plan"));
   return burst_in(parts_->compiled, parts_->workspace, live, index, births);
 }
 template <class T>
-Expected<void> LivePlan<T>::burst(LiveState<T>& live, LiveWorkspace<T>& workspace, std::size_t index,
-                                  std::size_t births) const {
+Expected<void> LifecyclePlan<T>::burst(LiveState<T>& live, LiveWorkspace<T>& workspace, std::size_t index,
+                                       std::size_t births) const {
   if (parts_ == nullptr) return tl::unexpected(moved_from("plan"));
   if (workspace.parts_ == nullptr) return tl::unexpected(moved_from("workspace"));
   if (fit_of(workspace) != StepResult::done) return tl::unexpected(Error{"workspace", "of another scene", "made by this plan"});
@@ -417,7 +417,7 @@ Expected<void> LivePlan<T>::burst(LiveState<T>& live, LiveWorkspace<T>& workspac
 }
 
 template <class T>
-StepResult LivePlan<T>::fit_of(const LiveWorkspace<T>& workspace) const noexcept {
+StepResult LifecyclePlan<T>::fit_of(const LiveWorkspace<T>& workspace) const noexcept {
   if (parts_ == nullptr) return StepResult::moved_from;
   if (workspace.parts_ == nullptr) return StepResult::workspace_differs;
   const LifecycleWorkspace<T>& own = workspace.parts_->workspace;
@@ -426,61 +426,66 @@ StepResult LivePlan<T>::fit_of(const LiveWorkspace<T>& workspace) const noexcept
 }
 
 template <class T>
-StepResult LivePlan<T>::step(LiveState<T>& live, std::size_t steps, const ParallelFor& parallel) const noexcept {
+StepResult LifecyclePlan<T>::step(LiveState<T>& live, std::size_t steps, const ParallelFor& parallel) const noexcept {
   if (parts_ == nullptr) return StepResult::moved_from;
   return run(parts_->compiled, parts_->workspace, live, parallel, nullptr, steps_of<T>(steps));
 }
 template <class T>
-StepResult LivePlan<T>::step(LiveState<T>& live, ContactReport& contacts, std::size_t steps,
-                             const ParallelFor& parallel) const noexcept {
+StepResult LifecyclePlan<T>::step(LiveState<T>& live, ContactReport& contacts, std::size_t steps,
+                                  const ParallelFor& parallel) const noexcept {
   if (parts_ == nullptr) return StepResult::moved_from;
   return run_reported(parts_->compiled, parts_->workspace, live, contacts, parallel, steps_of<T>(steps));
 }
 template <class T>
-StepResult LivePlan<T>::step(LiveState<T>& live, LiveWorkspace<T>& workspace, std::size_t steps,
-                             const ParallelFor& parallel) const noexcept {
+StepResult LifecyclePlan<T>::step(LiveState<T>& live, LiveWorkspace<T>& workspace, std::size_t steps,
+                                  const ParallelFor& parallel) const noexcept {
   if (const StepResult fit = fit_of(workspace); fit != StepResult::done) return fit;
   return run(parts_->compiled, workspace.parts_->workspace, live, parallel, nullptr, steps_of<T>(steps));
 }
 template <class T>
-StepResult LivePlan<T>::step(LiveState<T>& live, LiveWorkspace<T>& workspace, ContactReport& contacts, std::size_t steps,
-                             const ParallelFor& parallel) const noexcept {
+StepResult LifecyclePlan<T>::step(LiveState<T>& live, LiveWorkspace<T>& workspace, ContactReport& contacts, std::size_t steps,
+                                  const ParallelFor& parallel) const noexcept {
   if (const StepResult fit = fit_of(workspace); fit != StepResult::done) return fit;
   return run_reported(parts_->compiled, workspace.parts_->workspace, live, contacts, parallel, steps_of<T>(steps));
 }
 
 template <class T>
-StepResult LivePlan<T>::remove(LiveState<T>& live, const ParallelFor& parallel) const noexcept {
+StepResult LifecyclePlan<T>::remove(LiveState<T>& live, const ParallelFor& parallel) const noexcept {
   if (parts_ == nullptr) return StepResult::moved_from;
   return run(parts_->compiled, parts_->workspace, live, parallel, nullptr, removal<T>());
 }
 template <class T>
-StepResult LivePlan<T>::remove(LiveState<T>& live, LiveWorkspace<T>& workspace, const ParallelFor& parallel) const noexcept {
+StepResult LifecyclePlan<T>::remove(LiveState<T>& live, LiveWorkspace<T>& workspace,
+                                    const ParallelFor& parallel) const noexcept {
   if (const StepResult fit = fit_of(workspace); fit != StepResult::done) return fit;
   return run(parts_->compiled, workspace.parts_->workspace, live, parallel, nullptr, removal<T>());
 }
 
-template StepResult LivePlan<float>::fit_of(const LiveWorkspace<float>&) const noexcept;
-template StepResult LivePlan<double>::fit_of(const LiveWorkspace<double>&) const noexcept;
-template StepResult LivePlan<float>::step(LiveState<float>&, std::size_t, const ParallelFor&) const noexcept;
-template StepResult LivePlan<double>::step(LiveState<double>&, std::size_t, const ParallelFor&) const noexcept;
-template StepResult LivePlan<float>::step(LiveState<float>&, ContactReport&, std::size_t, const ParallelFor&) const noexcept;
-template StepResult LivePlan<double>::step(LiveState<double>&, ContactReport&, std::size_t, const ParallelFor&) const noexcept;
-template StepResult LivePlan<float>::step(LiveState<float>&, LiveWorkspace<float>&, std::size_t,
-                                          const ParallelFor&) const noexcept;
-template StepResult LivePlan<double>::step(LiveState<double>&, LiveWorkspace<double>&, std::size_t,
-                                           const ParallelFor&) const noexcept;
-template StepResult LivePlan<float>::step(LiveState<float>&, LiveWorkspace<float>&, ContactReport&, std::size_t,
-                                          const ParallelFor&) const noexcept;
-template StepResult LivePlan<double>::step(LiveState<double>&, LiveWorkspace<double>&, ContactReport&, std::size_t,
-                                           const ParallelFor&) const noexcept;
-template Expected<void> LivePlan<float>::burst(LiveState<float>&, std::size_t, std::size_t) const;
-template Expected<void> LivePlan<double>::burst(LiveState<double>&, std::size_t, std::size_t) const;
-template Expected<void> LivePlan<float>::burst(LiveState<float>&, LiveWorkspace<float>&, std::size_t, std::size_t) const;
-template Expected<void> LivePlan<double>::burst(LiveState<double>&, LiveWorkspace<double>&, std::size_t, std::size_t) const;
-template StepResult LivePlan<float>::remove(LiveState<float>&, const ParallelFor&) const noexcept;
-template StepResult LivePlan<double>::remove(LiveState<double>&, const ParallelFor&) const noexcept;
-template StepResult LivePlan<float>::remove(LiveState<float>&, LiveWorkspace<float>&, const ParallelFor&) const noexcept;
-template StepResult LivePlan<double>::remove(LiveState<double>&, LiveWorkspace<double>&, const ParallelFor&) const noexcept;
+template StepResult LifecyclePlan<float>::fit_of(const LiveWorkspace<float>&) const noexcept;
+template StepResult LifecyclePlan<double>::fit_of(const LiveWorkspace<double>&) const noexcept;
+template StepResult LifecyclePlan<float>::step(LiveState<float>&, std::size_t, const ParallelFor&) const noexcept;
+template StepResult LifecyclePlan<double>::step(LiveState<double>&, std::size_t, const ParallelFor&) const noexcept;
+template StepResult LifecyclePlan<float>::step(LiveState<float>&, ContactReport&, std::size_t,
+                                               const ParallelFor&) const noexcept;
+template StepResult LifecyclePlan<double>::step(LiveState<double>&, ContactReport&, std::size_t,
+                                                const ParallelFor&) const noexcept;
+template StepResult LifecyclePlan<float>::step(LiveState<float>&, LiveWorkspace<float>&, std::size_t,
+                                               const ParallelFor&) const noexcept;
+template StepResult LifecyclePlan<double>::step(LiveState<double>&, LiveWorkspace<double>&, std::size_t,
+                                                const ParallelFor&) const noexcept;
+template StepResult LifecyclePlan<float>::step(LiveState<float>&, LiveWorkspace<float>&, ContactReport&, std::size_t,
+                                               const ParallelFor&) const noexcept;
+template StepResult LifecyclePlan<double>::step(LiveState<double>&, LiveWorkspace<double>&, ContactReport&, std::size_t,
+                                                const ParallelFor&) const noexcept;
+template Expected<void> LifecyclePlan<float>::burst(LiveState<float>&, std::size_t, std::size_t) const;
+template Expected<void> LifecyclePlan<double>::burst(LiveState<double>&, std::size_t, std::size_t) const;
+template Expected<void> LifecyclePlan<float>::burst(LiveState<float>&, LiveWorkspace<float>&, std::size_t, std::size_t) const;
+template Expected<void> LifecyclePlan<double>::burst(LiveState<double>&, LiveWorkspace<double>&, std::size_t,
+                                                     std::size_t) const;
+template StepResult LifecyclePlan<float>::remove(LiveState<float>&, const ParallelFor&) const noexcept;
+template StepResult LifecyclePlan<double>::remove(LiveState<double>&, const ParallelFor&) const noexcept;
+template StepResult LifecyclePlan<float>::remove(LiveState<float>&, LiveWorkspace<float>&, const ParallelFor&) const noexcept;
+template StepResult LifecyclePlan<double>::remove(LiveState<double>&, LiveWorkspace<double>&,
+                                                  const ParallelFor&) const noexcept;
 
 }  // namespace dvdx

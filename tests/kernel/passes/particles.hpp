@@ -116,7 +116,7 @@ class Particles {
     }
     block.count = count_;
     const std::array<Offsets<T>, 2> both = {offsets_, offsets_};
-    kernels_->free.at(flow, extras_of(springs.size(), surfaces.size()))(block, terms, {both.data(), 0, steps});
+    kernels_->free.at(flow, features_of(springs.size(), surfaces.size()))(block, terms, {both.data(), 0, steps});
   }
 
   Terms<T> terms;

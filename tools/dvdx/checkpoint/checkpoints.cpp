@@ -111,7 +111,7 @@ std::uint64_t Checkpoints::most_steps(std::uint64_t done, std::uint64_t wanted) 
 
 // On the thread that writes: the one that steps may be ended by a signal, while it waits for a rank that is no more, before it
 // sees that the checkpoint is there.
-void Checkpoints::spare_what_is_counted_on() const noexcept {
+void Checkpoints::keep_referenced_files() const noexcept {
   for (const auto& made : so_far_) made.spare();
 }
 
@@ -163,7 +163,7 @@ void Checkpoints::write_by_all(const CheckpointHeader& header, const SaveRun& sa
     if (states_) states_->sync();
     if (events_) events_->sync();
   });
-  write_checkpoint(ranks_, options_.file, part_of(options_.file), header, save, [this] { spare_what_is_counted_on(); });
+  write_checkpoint(ranks_, options_.file, part_of(options_.file), header, save, [this] { keep_referenced_files(); });
   keep_what_is_counted_on();
 }
 
@@ -172,7 +172,7 @@ void Checkpoints::write_aside(std::string text) {
   writing_ = std::async(std::launch::async, [this, part = part_->path(), text = std::move(text)] {
     if (states_) states_->sync();
     if (events_) events_->sync();
-    write_checkpoint(options_.file, part, text, [this] { spare_what_is_counted_on(); });
+    write_checkpoint(options_.file, part, text, [this] { keep_referenced_files(); });
   });
 }
 

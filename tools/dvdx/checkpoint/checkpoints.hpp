@@ -73,7 +73,7 @@ class Checkpoints {
   void write_by_all(const CheckpointHeader& header, const SaveRun& save);
   void write_aside(std::string text);
   void wait();
-  void spare_what_is_counted_on() const noexcept;
+  void keep_referenced_files() const noexcept;
   void keep_what_is_counted_on();
   [[nodiscard]] bool is_first() const noexcept { return ranks_.rank() == 0; }
   [[nodiscard]] bool is_alone() const noexcept { return ranks_.count() == 1; }

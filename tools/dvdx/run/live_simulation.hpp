@@ -197,7 +197,7 @@ class LiveSimulation {
   LiveMemory<T> memory_;  // of several ranks what this one shows
   LiveState<T>& shown_ = memory_.live();
   std::optional<SharedLife<T>> shared_;
-  LivePlan<T> plan_;
+  LifecyclePlan<T> plan_;
   Threads threads_;
   DearWatch dear_;
   std::uint64_t done_ = 0;

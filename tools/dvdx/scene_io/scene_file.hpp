@@ -84,7 +84,7 @@ struct SceneFile {
   // Infinite for networks that do not. The library's plans do not tear by themselves.
   std::vector<double> tears_at{};
   bool is_origin_free = true;  // the file leaves the origin to the command that runs the scene
-  Turnover turnover{};         // capacity 0: no particle comes or goes
+  Lifecycle turnover{};        // capacity 0: no particle comes or goes
   std::vector<Warning> warnings{};
 };
 

@@ -183,7 +183,7 @@ class LiveMemory {
 
 // Throws Fault (bad_scene) where the scene's particles cannot come and go.
 template <class T>
-[[nodiscard]] LivePlan<T> live_plan(const SceneFile& file, const Options& options) {
+[[nodiscard]] LifecyclePlan<T> live_plan(const SceneFile& file, const Options& options) {
   auto plan = compile<T>(file.scene, file.turnover, options);
   if (!plan) throw fault_of(file, plan.error());
   return std::move(*plan);

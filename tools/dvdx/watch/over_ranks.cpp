@@ -32,8 +32,8 @@ Health combined(Ranks& ranks, const Health& mine) {
   return {.bad_particles = bad, .largest = largest};
 }
 
-Elsewhere elsewhere_of(Ranks& ranks, const SceneFile& file) {
-  const Elsewhere mine = dvdx::elsewhere_of(file.scene, file.particles.count);
+PartContext elsewhere_of(Ranks& ranks, const SceneFile& file) {
+  const PartContext mine = dvdx::elsewhere_of(file.scene, file.particles.count);
   std::array<double, 3> numbers{mine.W, mine.g, mine.anchors_differ ? 1.0 : 0.0};
   ranks.highest(numbers);
   return {.W = numbers[0], .g = numbers[1], .anchors_differ = numbers[2] != 0};

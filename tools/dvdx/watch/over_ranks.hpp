@@ -19,7 +19,7 @@ template <class T>
 [[nodiscard]] Health combined(Ranks& ranks, const Health& mine);
 
 // The Options::elsewhere of all ranks together.
-[[nodiscard]] Elsewhere elsewhere_of(Ranks& ranks, const SceneFile& file);
+[[nodiscard]] PartContext elsewhere_of(Ranks& ranks, const SceneFile& file);
 
 // Seconds that the slowest rank took.
 [[nodiscard]] double longest(Ranks& ranks, double seconds);

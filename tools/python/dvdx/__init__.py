@@ -33,7 +33,7 @@ from numpy.typing import ArrayLike, NDArray
 from ._recording import Recording, command
 
 __all__ = [
-    "COLUMNS", "ContactReport", "DvdxError", "Energy", "Instance", "LivePlan", "LiveState", "LiveWorkspace", "Plan",
+    "COLUMNS", "ContactReport", "DvdxError", "Energy", "Instance", "LifecyclePlan", "LivePlan", "LiveState", "LiveWorkspace", "Plan",
     "Recording", "Scene", "State", "Threads", "Workspace", "bounds", "build_info", "compile", "compile_live", "grid_normals",
     "report", "step_all", "triangle_normals",
 ]  # fmt: skip
@@ -1384,7 +1384,7 @@ class _LiveDriven:
 
 
 class LiveWorkspace(_LiveDriven):
-    """The memory that one state works in while a live plan steps it, and what drives it; made by LivePlan.workspace()."""
+    """The memory that one state works in while a live plan steps it, and what drives it; made by LifecyclePlan.workspace()."""
 
     _PREFIX = "dvdx_live_workspace_"
 
@@ -1400,7 +1400,7 @@ class LiveWorkspace(_LiveDriven):
         return int(_lib.dvdx_live_workspace_bytes(self._handle))
 
 
-class LivePlan(_LiveDriven):
+class LifecyclePlan(_LiveDriven):
     """A plan for particles that come and go; made by compile_live(). Its calls are those of Plan, by the same names.
 
     Any number of threads of your own step states of their own with it, each with a clone() or a workspace().
@@ -1412,7 +1412,7 @@ class LivePlan(_LiveDriven):
         self._handle = _ffi.gc(handle, _lib.dvdx_live_plan_destroy)
 
     def __repr__(self) -> str:
-        return f"<dvdx.LivePlan: step {self.step_size:g} s>"
+        return f"<dvdx.LifecyclePlan: step {self.step_size:g} s>"
 
     @property
     def step_size(self) -> float:
@@ -1454,11 +1454,11 @@ class LivePlan(_LiveDriven):
         else:
             _call(_lib.dvdx_live_plan_step_and_report, self._handle, state._live, steps, parallel, contacts._handle)
 
-    def clone(self) -> LivePlan:
+    def clone(self) -> LifecyclePlan:
         """A plan for another state: nothing is compiled again."""
         clone = _ffi.new("dvdx_live_plan**")
         _call(_lib.dvdx_live_plan_clone, self._handle, clone)
-        return LivePlan(clone[0])
+        return LifecyclePlan(clone[0])
 
     def set_step(self, step: float) -> None:
         """Another step, s, > 0: births go on by time."""
@@ -1505,6 +1505,9 @@ class LivePlan(_LiveDriven):
         return _text(_lib.dvdx_live_plan_explain, self._handle)
 
 
+LivePlan = LifecyclePlan  # its name of the last release
+
+
 def _structs(kind: str, dicts: Sequence[Dict[str, Any]], keep: List[Any]) -> Tuple[Any, int]:
     """A C array of structs."""
     array = _ffi.new(f"{kind}[]", len(dicts))
@@ -1529,7 +1532,7 @@ def compile_live(
     boundaries: Optional[Sequence[Dict[str, Any]]] = None, inside: Optional[ArrayLike] = None,
     not_finite: Optional[Literal["kept", "removed"]] = None, step: Optional[float] = None,
     order: Optional[Literal["kept", "any"]] = None, **options: Any,
-) -> LivePlan:  # fmt: skip
+) -> LifecyclePlan:  # fmt: skip
     """A plan for particles that come and go, at most as many as the arrays of the LiveState have room for.
 
     What is not given is that of the scene's file where it was loaded from one; else nothing, "kept", and a step of 1/60 s.
@@ -1554,7 +1557,7 @@ def compile_live(
     turnover.capacity = len(state.arrays["x"])
     handle = _ffi.new("dvdx_live_plan**")
     _call(_lib.dvdx_live_plan_create, scene._handle, turnover, _options(state, step, options), handle)
-    return LivePlan(handle[0])
+    return LifecyclePlan(handle[0])
 
 
 def _options(state: State, step: float, options: Dict[str, Any]) -> Any:

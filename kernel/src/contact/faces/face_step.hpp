@@ -43,7 +43,7 @@ class FaceStep {
     note_places();
   }
   // A step begins where the last one has left the particles.
-  void set_out(const Clock& clock) noexcept {
+  void begin_driven_paths(const Clock& clock) noexcept {
     room_.travelled += farthest_way();
     note_places();
     for (std::size_t b = 0; b < bodies().size(); ++b) room_.poses[b] = pose_at(bodies()[b], clock);

@@ -8,9 +8,9 @@
 #include <cstdint>
 
 #include "contact/pass/bounce_on_one.inl.hpp"
+#include "contact/pass/dormant.inl.hpp"
 #include "contact/pass/impact.inl.hpp"
 #include "contact/pass/rest_on_one.inl.hpp"
-#include "contact/pass/still.inl.hpp"
 #include "contact/report/contact_log.hpp"
 #include "simd/lanes.hpp"
 
@@ -27,43 +27,43 @@ bool fill_half(std::uint64_t lanes) noexcept {
 template <class V>
 struct Settled {
   Mask<V> busy;  // lanes that are not done with
-  Standing standing;
+  RestCheck rest;
   bool is_half_on_two;  // whether several surfaces hold half of the register
   Mask<V> strayed;
 };
 
-template <class V, Arithmetic arithmetic, Surroundings surroundings>
+template <class V, Arithmetic arithmetic, SurfaceMix mix>
 [[gnu::always_inline]] inline Settled<V> settle(const Terms<Scalar<V>>& terms, Mask<V> touches, Trajectory<V>& m) noexcept {
-  auto course = course_of<V, arithmetic>(terms, touches);
+  auto state = impact_state_of<V, arithmetic>(terms, touches);
   Leaving<V> leaving;
-  if constexpr (surroundings == Surroundings::any) {
-    if (terms.pushes) push_out<V, arithmetic, PathForm::parabola>(terms, m, course, touches, leaving);
+  if constexpr (mix == SurfaceMix::any) {
+    if (terms.pushes) push_out<V, arithmetic, PathForm::parabola>(terms, m, state, touches, leaving);
   }
-  hold<V, arithmetic, PathForm::parabola, surroundings>(terms, m, course, touches);
-  const Nearness<V, arithmetic, PathForm::parabola, surroundings> near(terms, m, course);
-  near.watch_ends(course, touches);
+  hold<V, arithmetic, PathForm::parabola, mix>(terms, m, state, touches);
+  const Nearness<V, arithmetic, PathForm::parabola, mix> near(terms, m, state);
+  near.watch_ends(state, touches);
   Mask<V> busy(false);
   for (std::size_t j = 0; j < terms.surface_count; ++j) busy = busy | near(j);
   busy = busy & touches;
-  const Mask<V> is_held = touches & (course.held.a >= V(Scalar<V>(0)));
+  const Mask<V> is_held = touches & (state.supports.a >= V(Scalar<V>(0)));
   const bool holds = any_lane<V>(is_held);
   const Mask<V> lanes = touches & !busy;
-  if constexpr (surroundings == Surroundings::any) {
-    if (has_body(terms) && any_lane<V>(lanes)) clamp_all<V, arithmetic, PathForm::parabola>(terms, m, course, lanes);
+  if constexpr (mix == SurfaceMix::any) {
+    if (has_body(terms) && any_lane<V>(lanes)) clamp_all<V, arithmetic, PathForm::parabola>(terms, m, state, lanes);
   }
-  const std::uint64_t on_two = bits_of<V>(touches & (course.held.b >= V(Scalar<V>(0))));
-  return {busy & !course.strayed, holds ? Standing::unknown : Standing::none, fill_half<V>(on_two), course.strayed};
+  const std::uint64_t on_two = bits_of<V>(touches & (state.supports.b >= V(Scalar<V>(0))));
+  return {busy & !state.strayed, holds ? RestCheck::unknown : RestCheck::none, fill_half<V>(on_two), state.strayed};
 }
 
 template <class V, Arithmetic arithmetic>
 [[gnu::noinline]] Settled<V> settle_anywhere(const Terms<Scalar<V>>& terms, Mask<V> touches, Trajectory<V>& m) noexcept {
-  return settle<V, arithmetic, Surroundings::any>(terms, touches, m);
+  return settle<V, arithmetic, SurfaceMix::any>(terms, touches, m);
 }
 // Nothing is called: holders would go from function to function through memory.
 template <class V, Arithmetic arithmetic>
 [[gnu::noinline, gnu::flatten]] Settled<V> settle_among_planes(const Terms<Scalar<V>>& terms, Mask<V> touches,
                                                                Trajectory<V>& m) noexcept {
-  return settle<V, arithmetic, Surroundings::planes>(terms, touches, m);
+  return settle<V, arithmetic, SurfaceMix::planes>(terms, touches, m);
 }
 
 // Lanes that wait until they fill a register: one of them would take as long as all.
@@ -111,7 +111,7 @@ class Queue {
   [[nodiscard]] const std::size_t* at() const noexcept { return at_; }
 
   // The end of the chosen ones of them: back into the block.
-  void put_back(const Trajectory<V>& m, std::uint64_t chosen, const Block<T>& particles, Still<V>& still) const noexcept {
+  void put_back(const Trajectory<V>& m, std::uint64_t chosen, const Block<T>& particles, Dormant<V>& still) const noexcept {
     for (std::size_t axis = 0; axis < 3; ++axis) {
       put_back(m.x1[axis], chosen, particles.x[axis]);
       put_back(m.v1[axis], chosen, particles.v[axis]);
@@ -157,7 +157,7 @@ class Waiting {
   using T = Scalar<V>;
 
  public:
-  explicit Waiting(Still<V>& still) noexcept : still_(still) {}
+  explicit Waiting(Dormant<V>& still) noexcept : still_(still) {}
 
   // m: lanes from i of the block on, before anything touched them. Pressed: by planes at rest alone, onto several of them.
   void take_pressed(const Trajectory<V>& m, std::uint64_t lanes, std::size_t i) noexcept {
@@ -209,12 +209,12 @@ class Waiting {
 
   Mask<V> resolve(const Block<T>& particles, const Terms<T>& terms, const Offsets<T>& offsets, Mask<V> lanes,
                   Trajectory<V>& m) const noexcept {
-    if (terms.bend.degree == 0) return resolve_on_parabolas<V, arithmetic>(terms, lanes, Standing::unknown, m);
+    if (terms.bend.degree == 0) return resolve_on_parabolas<V, arithmetic>(terms, lanes, RestCheck::unknown, m);
     const Bending<V, arithmetic> bending(terms.bend, particles.first, busy_.at());
-    return resolve_in_flow<V, arithmetic>(terms, offsets, lanes, Standing::unknown, m, bending);
+    return resolve_in_flow<V, arithmetic>(terms, offsets, lanes, RestCheck::unknown, m, bending);
   }
 
-  Still<V>& still_;
+  Dormant<V>& still_;
   Queue<V> pressed_, busy_;
   bool is_pressed_mostly_ = false;
 };
@@ -272,10 +272,10 @@ template <class V>
 // Lanes from i of the plan's columns on; returns those that have strayed.
 template <class V, Arithmetic arithmetic>
 [[gnu::always_inline]] inline Mask<V> resolve_busy(const Terms<Scalar<V>>& terms, const Offsets<Scalar<V>>& offsets,
-                                                   Mask<V> lanes, Standing standing, Trajectory<V>& m, std::size_t i) noexcept {
-  if (terms.bend.degree == 0) return resolve_on_parabolas<V, arithmetic>(terms, lanes, standing, m);
+                                                   Mask<V> lanes, RestCheck rest, Trajectory<V>& m, std::size_t i) noexcept {
+  if (terms.bend.degree == 0) return resolve_on_parabolas<V, arithmetic>(terms, lanes, rest, m);
   const Bending<V, arithmetic> bending(terms.bend, i);
-  return resolve_in_flow<V, arithmetic>(terms, offsets, lanes, standing, m, bending);
+  return resolve_in_flow<V, arithmetic>(terms, offsets, lanes, rest, m, bending);
 }
 
 // Lanes that touch planes at rest, from i of the block on.
@@ -306,8 +306,8 @@ template <class V, Arithmetic arithmetic>
   if (fill_half<V>(busy)) {
     Trajectory<V> struck = m;
     const Mask<V> lanes = lanes_of<V>(busy);
-    const Standing standing = others.is_any_held ? Standing::unknown : Standing::none;
-    resolve_busy<V, arithmetic>(terms, offsets, lanes, standing, struck, first + i);
+    const RestCheck rest = others.is_any_held ? RestCheck::unknown : RestCheck::none;
+    resolve_busy<V, arithmetic>(terms, offsets, lanes, rest, struck, first + i);
     m.x1 = select(lanes, struck.x1, m.x1);
     m.v1 = select(lanes, struck.v1, m.v1);
   } else if (busy != 0) {
@@ -412,14 +412,14 @@ void resolve_touching(const Terms<Scalar<V>>& terms, const Offsets<Scalar<V>>& o
     if (!fill_half<V>(busy)) {
       waiting.take_busy(fresh, busy, i);
     } else {
-      strayed = strayed | resolve_busy<V, arithmetic>(terms, offsets, settled.busy, settled.standing, fresh, first + i);
+      strayed = strayed | resolve_busy<V, arithmetic>(terms, offsets, settled.busy, settled.rest, fresh, first + i);
       m.x1 = select(settled.busy, fresh.x1, m.x1);
       m.v1 = select(settled.busy, fresh.v1, m.v1);
     }
   }
   if (terms.whole != nullptr && any_lane<V>(strayed)) {
     Trajectory<V> again = before;
-    resolve_busy<V, arithmetic>(*terms.whole, offsets, strayed, Standing::unknown, again, first + i);
+    resolve_busy<V, arithmetic>(*terms.whole, offsets, strayed, RestCheck::unknown, again, first + i);
     m.x1 = select(strayed, again.x1, m.x1);
     m.v1 = select(strayed, again.v1, m.v1);
   }

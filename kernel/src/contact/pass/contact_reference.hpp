@@ -16,22 +16,22 @@ void resolve_contacts(const Terms<T>& terms, const Offsets<T>& offsets, Particle
   if (!may_touch<arithmetic>(terms, p)) return;
   const T direction = terms.h < 0 ? T(-1) : T(1);
   if (terms.bend.degree == 0) {
-    Course<arithmetic, PathForm::parabola, T> course{
+    ImpactState<arithmetic, PathForm::parabola, T> state{
         .direction = direction, .t = terms.h, .last = terms.surface_count, .recording = recording};
-    resolve_all(terms, p, course);
+    resolve_all(terms, p, state);
     return;
   }
   const Bending<arithmetic, T> bending(terms.bend, i);
-  Course<arithmetic, PathForm::flow, T> course{.direction = direction,
-                                               .t = terms.h,
-                                               .last = terms.surface_count,
-                                               .bending = &bending,
-                                               .h = terms.h,
-                                               .left = 1,
-                                               .end = bending(T(1)),
-                                               .recording = recording};
-  if (bending.is_driven()) course.drive = {offsets.drive[0], offsets.drive[1], offsets.drive[2]};
-  resolve_all(terms, p, course);
+  ImpactState<arithmetic, PathForm::flow, T> state{.direction = direction,
+                                                   .t = terms.h,
+                                                   .last = terms.surface_count,
+                                                   .bending = &bending,
+                                                   .h = terms.h,
+                                                   .left = 1,
+                                                   .end = bending(T(1)),
+                                                   .recording = recording};
+  if (bending.is_driven()) state.drive = {offsets.drive[0], offsets.drive[1], offsets.drive[2]};
+  resolve_all(terms, p, state);
 }
 
 // With all surfaces, also of a block that knows those near it: what strays from them would be told twice.

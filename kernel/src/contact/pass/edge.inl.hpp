@@ -18,8 +18,8 @@ struct Wall {
 };
 
 template <class V, Arithmetic arithmetic, PathForm form>
-[[gnu::noinline]] Wall<V> met_by(const Terms<Scalar<V>>& terms, const Three<V>& x, const Course<V, arithmetic, form>& course,
-                                 V number, Mask<V> lanes) noexcept {
+[[gnu::noinline]] Wall<V> met_by(const Terms<Scalar<V>>& terms, const Three<V>& x,
+                                 const ImpactState<V, arithmetic, form>& state, V number, Mask<V> lanes) noexcept {
   using T = Scalar<V>;
   const V zero(T(0));
   Wall<V> met{zero, zero, zero, zero, zero, three<V>(zero), three<V>(zero)};
@@ -28,9 +28,9 @@ template <class V, Arithmetic arithmetic, PathForm form>
     const Mask<V> is_it = lanes & (number == V(static_cast<T>(j)));
     if (!any_lane<V>(is_it)) continue;
     const bool moves = surface.movement != Movement::rest;
-    const Touch<V> at = touch<V, arithmetic>(surface, moves ? taken_along<V, arithmetic>(surface, x, course.t) : x);
+    const Touch<V> at = touch<V, arithmetic>(surface, moves ? taken_along<V, arithmetic>(surface, x, state.t) : x);
     Meeting<V> meets{at.n, three<V>(zero)};
-    if (moves) meets = meeting<V, arithmetic>(surface, x, course.t);
+    if (moves) meets = meeting<V, arithmetic>(surface, x, state.t);
     met.s = select<V>(is_it, at.s, met.s);
     met.mu = select<V>(is_it, V(surface.mu), met.mu);
     met.hold = select<V>(is_it, V(surface.hold), met.hold);
@@ -46,20 +46,20 @@ template <class V, Arithmetic arithmetic, PathForm form>
 // together.
 template <class V, Arithmetic arithmetic, PathForm form>
 [[gnu::noinline]] void settle_in_edge(const Terms<Scalar<V>>& terms, const Pressed<V>& before, Pressed<V>& pressed, V f,
-                                      Trajectory<V>& m, const Course<V, arithmetic, form>& course, Mask<V> lanes) noexcept {
+                                      Trajectory<V>& m, const ImpactState<V, arithmetic, form>& state, Mask<V> lanes) noexcept {
   using T = Scalar<V>;
   constexpr T eps = std::numeric_limits<T>::epsilon();
   const V zero(T(0));
   const V one(T(1));
   lanes = lanes & (before.by >= zero) & (pressed.by >= zero) & differ(before.by, pressed.by);
   if (!any_lane<V>(lanes)) return;
-  const Wall<V> b = met_by<V, arithmetic, form>(terms, m.x0, course, before.by, lanes);
+  const Wall<V> b = met_by<V, arithmetic, form>(terms, m.x0, state, before.by, lanes);
   const V way = V(std::abs(terms.h)) * one_norm(before.v);
   const V sizes = ((one_norm(m.x0) + one_norm(m.x1)) + (b.radius + b.radius)) + way;
   const V near = V(8 * eps) * sizes + b.falls_away * (way * way);
   lanes = lanes & (b.s <= near);
   if (!any_lane<V>(lanes)) return;
-  const Wall<V> a = met_by<V, arithmetic, form>(terms, m.x0, course, pressed.by, lanes);
+  const Wall<V> a = met_by<V, arithmetic, form>(terms, m.x0, state, pressed.by, lanes);
   const Wedge<V> wedge = wedge_of<V, arithmetic>(a.n, b.n);
   const V kappa = wedge.kappa;
   const V scale = wedge.scale;
@@ -73,8 +73,8 @@ template <class V, Arithmetic arithmetic, PathForm form>
   const V share = dot<arithmetic>(b.n, b.v - a.v);
   const Three<V> v = multiply_add<arithmetic>(share, across, a.v);
   const Three<V> u = select(is_at_once, before.v, m.v0) - v;
-  const V ua = course.direction * dot<arithmetic>(a.n, u);
-  const V ub = course.direction * dot<arithmetic>(b.n, u);
+  const V ua = state.direction * dot<arithmetic>(a.n, u);
+  const V ub = state.direction * dot<arithmetic>(b.n, u);
   const V both_a = scale * (kappa * ub - ua);
   const V both_b = scale * (kappa * ua - ub);
   const Mask<V> has_b = both_b >= zero;
@@ -84,8 +84,8 @@ template <class V, Arithmetic arithmetic, PathForm form>
   const V taken_a = select<V>(is_one, alone_a, both_a);
   const V taken_b = select<V>(is_one, alone_b, both_b);
   const Mask<V> is_edge = differ(taken_a, zero) & differ(taken_b, zero);
-  const Three<V> by_a = multiply_add<arithmetic>(course.direction * taken_a, a.n, u);
-  const Three<V> rough = multiply_add<arithmetic>(course.direction * taken_b, b.n, by_a);
+  const Three<V> by_a = multiply_add<arithmetic>(state.direction * taken_a, a.n, u);
+  const Three<V> rough = multiply_add<arithmetic>(state.direction * taken_b, b.n, by_a);
   // In a flat edge both are large against what is left, along which friction finds their roundings: once more of these.
   const V left_a = dot<arithmetic>(a.n, rough);
   const V left_b = dot<arithmetic>(b.n, rough);
@@ -105,12 +105,12 @@ template <class V, Arithmetic arithmetic, PathForm form>
   Three<V> x1 = m.x1 + shift;
   Three<V> v1;
   if constexpr (form == PathForm::parabola) {
-    x1 = multiply_add<arithmetic>(course.t, pulse, x1);
+    x1 = multiply_add<arithmetic>(state.t, pulse, x1);
     v1 = after + (m.v1 - m.v0);
   } else {
     for (std::size_t k = 0; k < 3; ++k) {
-      const V P0 = course.end.P0[k];
-      x1[k] = multiply_add<arithmetic>(course.h * course.end.P1[k], pulse[k], x1[k]);
+      const V P0 = state.end.P0[k];
+      x1[k] = multiply_add<arithmetic>(state.h * state.end.P1[k], pulse[k], x1[k]);
       v1[k] = multiply_add<arithmetic>(P0, after[k], subtract_product<arithmetic>(m.v1[k], P0, m.v0[k]));
     }
   }

@@ -29,21 +29,21 @@ bool hovers(const Surface<T>& surface, T s, T out, T press, T t) noexcept {
 
 // The share of the tangential velocity that is left at an impact. 1 for a particle that lay or slid on the surface before.
 template <Arithmetic arithmetic, PathForm form, class T>
-T kept_by_viscosity(const Surface<T>& surface, const Particle<T>& p, const Course<arithmetic, form, T>& course,
+T kept_by_viscosity(const Surface<T>& surface, const Particle<T>& p, const ImpactState<arithmetic, form, T>& state,
                     const Vector<T>& gain, bool is_over) noexcept {
   if (surface.tau == 1) return 1;
   constexpr T eps = std::numeric_limits<T>::epsilon();
   const Touch<T> start = touch<arithmetic>(surface, p.x0);
   const T low = low_bounce * eps * (one_norm(p.x0) + surface.radius);
-  const T out = course.direction * dot<arithmetic>(start.n, p.v0);
-  const T press = -(course.direction * dot<arithmetic>(start.n, gain));
+  const T out = state.direction * dot<arithmetic>(start.n, p.v0);
+  const T press = -(state.direction * dot<arithmetic>(start.n, gain));
   const T own = std::abs(press);
   const T rounding = 4 * eps * one_norm(p.v0);
-  const bool stays_low = out <= rounding || out * out * std::abs(course.t) <= 2 * own * low;
+  const bool stays_low = out <= rounding || out * out * std::abs(state.t) <= 2 * own * low;
   const bool comes_slow = -out <= own + rounding;
   const bool is_slow = has_pulses(surface) || (out > 0 ? stays_low : comes_slow);
-  const bool lies = start.s <= 4 * low + fallen_away<arithmetic>(surface, p, course.t) && is_slow;
-  const bool rests = lies || hovers(surface, start.s, out, press, course.t);
+  const bool lies = start.s <= 4 * low + fallen_away<arithmetic>(surface, p, state.t) && is_slow;
+  const bool rests = lies || hovers(surface, start.s, out, press, state.t);
   return rests ? T(1) : is_over ? T(0) : surface.tau;
 }
 
@@ -53,20 +53,20 @@ struct Moment {
 };
 
 template <Arithmetic arithmetic, PathForm form, class T>
-Moment<T> moment(const Surface<T>& surface, const Particle<T>& p, const Course<arithmetic, form, T>& course,
+Moment<T> moment(const Surface<T>& surface, const Particle<T>& p, const ImpactState<arithmetic, form, T>& state,
                  const Vector<T>& gain, T f) noexcept {
   Moment<T> at;
   if constexpr (form == PathForm::parabola) {
-    at.x = along<arithmetic>(p.x0, path(surface, p, course.t), f);
+    at.x = along<arithmetic>(p.x0, path(surface, p, state.t), f);
     for (std::size_t k = 0; k < 3; ++k) at.v[k] = multiply_add<arithmetic>(f, gain[k], p.v0[k]);
     return at;
   } else {
-    const Responses<T> P = (*course.bending)(f * course.left);
-    const auto& end = course.end;
-    const bool is_driven = course.bending->is_driven();
-    const T frequency = 1 / course.h;
-    const Vector<T> drive_end = driven<arithmetic>(course.drive, end.P2, end.P3, end.P4);
-    const Vector<T> drive_here = driven<arithmetic>(course.drive, P.P2, P.P3, P.P4);
+    const Responses<T> P = (*state.bending)(f * state.left);
+    const auto& end = state.end;
+    const bool is_driven = state.bending->is_driven();
+    const T frequency = 1 / state.h;
+    const Vector<T> drive_end = driven<arithmetic>(state.drive, end.P2, end.P3, end.P4);
+    const Vector<T> drive_here = driven<arithmetic>(state.drive, P.P2, P.P3, P.P4);
     for (std::size_t k = 0; k < 3; ++k) {
       const T v1 = is_driven ? p.v1[k] - frequency * drive_end[k] : p.v1[k];
       const T pull = subtract_product<arithmetic>(v1, p.v0[k], end.P0[k]) * inverse(end.P1[k]);
@@ -74,10 +74,10 @@ Moment<T> moment(const Surface<T>& surface, const Particle<T>& p, const Course<a
       if (is_driven) at.v[k] = at.v[k] + frequency * drive_here[k];
     }
     if (surface.sweep == ContactPath::line) {
-      at.x = along<arithmetic>(p.x0, path(surface, p, course.t), f);
+      at.x = along<arithmetic>(p.x0, path(surface, p, state.t), f);
       return at;
     }
-    const Vector<T> way = flow_path(p, course).way(P);
+    const Vector<T> way = flow_path(p, state).way(P);
     for (std::size_t k = 0; k < 3; ++k) at.x[k] = p.x0[k] + way[k];
     return at;
   }
@@ -101,65 +101,65 @@ Meeting<T> meeting(const Surface<T>& surface, const Vector<T>& x, T t) noexcept 
 // Whether a particle lies on a surface that it is pressed onto from here on. Each pulse of a resting sheet's springs presses,
 // or lifts it so little that it is back within the sub-step.
 template <Arithmetic arithmetic, PathForm form, class T>
-bool is_pressed_on(const Surface<T>& surface, const Particle<T>& p, const Course<arithmetic, form, T>& course) noexcept {
-  const Particle<T> seen = seen_from<arithmetic>(surface, p, course.t);
+bool is_pressed_on(const Surface<T>& surface, const Particle<T>& p, const ImpactState<arithmetic, form, T>& state) noexcept {
+  const Particle<T> seen = seen_from<arithmetic>(surface, p, state.t);
   const Touch<T> start = touch<arithmetic>(surface, seen.x0);
   const T sizes = (one_norm(seen.x0) + one_norm(p.x1)) + (surface.radius + surface.radius);
   const T roundings = surface.movement == Movement::rest ? 2 : 8;
-  const T near = roundings * std::numeric_limits<T>::epsilon() * sizes + fallen_away<arithmetic>(surface, seen, course.t);
-  const T out = course.direction * dot<arithmetic>(start.n, seen.v0);
-  const T press = -(course.direction * dot<arithmetic>(start.n, difference(p.v1, p.v0)));
-  return (start.s <= near && (has_pulses(surface) || out <= 0)) || hovers(surface, start.s, out, press, course.t);
+  const T near = roundings * std::numeric_limits<T>::epsilon() * sizes + fallen_away<arithmetic>(surface, seen, state.t);
+  const T out = state.direction * dot<arithmetic>(start.n, seen.v0);
+  const T press = -(state.direction * dot<arithmetic>(start.n, difference(p.v1, p.v0)));
+  return (start.s <= near && (has_pulses(surface) || out <= 0)) || hovers(surface, start.s, out, press, state.t);
 }
 
 template <Arithmetic arithmetic, PathForm form, class T>
-void respond(const Surface<T>& surface, Particle<T>& p, Course<arithmetic, form, T>& course, T f) noexcept {
-  const bool lies = course.recording != nullptr && is_pressed_on(surface, p, course);
-  if (course.recording != nullptr) course.recording->let_go(f);
+void respond(const Surface<T>& surface, Particle<T>& p, ImpactState<arithmetic, form, T>& state, T f) noexcept {
+  const bool lies = state.recording != nullptr && is_pressed_on(surface, p, state);
+  if (state.recording != nullptr) state.recording->let_go(f);
   const Vector<T> gain = difference(p.v1, p.v0);
-  const auto [xf, vf] = moment(surface, p, course, gain, f);
+  const auto [xf, vf] = moment(surface, p, state, gain, f);
   const T rest = 1 - f;
-  const auto [n, V] = meeting<arithmetic>(surface, xf, rest * course.t);
+  const auto [n, V] = meeting<arithmetic>(surface, xf, rest * state.t);
   const bool moves = surface.movement != Movement::rest;
   const Vector<T> vr = moves ? difference(vf, V) : vf;
   const T vn = dot<arithmetic>(n, vr);
-  const Vector<T> forces = course.held.a != Held<T>::none ? difference(gain, course.held.dv) : gain;
-  const T pressed = rest * (course.direction * dot<arithmetic>(n, forces));
+  const Vector<T> forces = state.supports.a != Supports<T>::none ? difference(gain, state.supports.dv) : gain;
+  const T pressed = rest * (state.direction * dot<arithmetic>(n, forces));
   const bool is_over = surface.response == Response::resume && surface.e > 0 &&
                        (surface.e + surface.e) * std::abs(vn) <= (surface.e - 1) * pressed;
   const T e = is_over ? T(0) : surface.e;
-  const T tau = kept_by_viscosity(surface, seen_from<arithmetic>(surface, p, course.t), course, gain, is_over);
-  course.t = rest * course.t;
+  const T tau = kept_by_viscosity(surface, seen_from<arithmetic>(surface, p, state.t), state, gain, is_over);
+  state.t = rest * state.t;
   if constexpr (form == PathForm::flow) {
-    const T passed = f * course.left;
+    const T passed = f * state.left;
     const T half = T(0.5) * passed;
-    auto& [D1, D2, D3] = course.drive;
-    for (std::size_t k = 0; k < 3 && course.bending->is_driven(); ++k) {
+    auto& [D1, D2, D3] = state.drive;
+    for (std::size_t k = 0; k < 3 && state.bending->is_driven(); ++k) {
       D1[k] = multiply_add<arithmetic>(passed, multiply_add<arithmetic>(half, D3[k], D2[k]), D1[k]);
       D2[k] = multiply_add<arithmetic>(passed, D3[k], D2[k]);
     }
-    course.left = rest * course.left;
-    course.end = (*course.bending)(course.left);
+    state.left = rest * state.left;
+    state.end = (*state.bending)(state.left);
   }
   p.x0 = xf;
   p.v0 = vf;
-  course.pressed.by = Held<T>::none;
+  state.pressed.by = Supports<T>::none;
   const auto let_go = [&] {
-    if (course.held.a == Held<T>::none) return;
-    for (std::size_t k = 0; k < 3; ++k) p.v1[k] = subtract_product<arithmetic>(p.v1[k], rest, course.held.dv[k]);
+    if (state.supports.a == Supports<T>::none) return;
+    for (std::size_t k = 0; k < 3; ++k) p.v1[k] = subtract_product<arithmetic>(p.v1[k], rest, state.supports.dv[k]);
   };
-  if (course.held.a != Held<T>::none) {
-    for (std::size_t k = 0; k < 3; ++k) p.x1[k] = subtract_product<arithmetic>(p.x1[k], rest * rest, course.held.dx[k]);
+  if (state.supports.a != Supports<T>::none) {
+    for (std::size_t k = 0; k < 3; ++k) p.x1[k] = subtract_product<arithmetic>(p.x1[k], rest * rest, state.supports.dx[k]);
   }
-  if (!(course.direction * vn <= 0)) return let_go();
-  if (has_pulses(surface) && surface.e == 0) course.pressed = {course.last, std::abs(vn), vf};
+  if (!(state.direction * vn <= 0)) return let_go();
+  if (has_pulses(surface) && surface.e == 0) state.pressed = {state.last, std::abs(vn), vf};
 
   Vector<T> vt;
   for (std::size_t k = 0; k < 3; ++k) vt[k] = tau * subtract_product<arithmetic>(vr[k], vn, n[k]);
   const T slide = surface.mu * ((1 + e) * std::abs(vn));
   const T kept = kept_by_friction(slide, slide, std::sqrt(dot<arithmetic>(vt, vt)));
   Vector<T> way = difference(p.x1, xf);
-  for (std::size_t k = 0; k < 3 && moves; ++k) way[k] = subtract_product<arithmetic>(way[k], course.t, V[k]);
+  for (std::size_t k = 0; k < 3 && moves; ++k) way[k] = subtract_product<arithmetic>(way[k], state.t, V[k]);
   const T beyond = dot<arithmetic>(n, way);
   for (std::size_t k = 0; k < 3; ++k) {
     T after = subtract_product<arithmetic>(kept * vt[k], e * vn, n[k]);
@@ -168,59 +168,59 @@ void respond(const Surface<T>& surface, Particle<T>& p, Course<arithmetic, form,
     if (surface.response == Response::end_on_surface) {
       p.x1[k] = subtract_product<arithmetic>(p.x1[k], beyond, n[k]);
     } else if (form == PathForm::parabola) {
-      p.x1[k] = multiply_add<arithmetic>(course.t, pulse, p.x1[k]);
+      p.x1[k] = multiply_add<arithmetic>(state.t, pulse, p.x1[k]);
     } else {
-      p.x1[k] = multiply_add<arithmetic>(course.h * course.end.P1[k], pulse, p.x1[k]);
+      p.x1[k] = multiply_add<arithmetic>(state.h * state.end.P1[k], pulse, p.x1[k]);
     }
     p.v1[k] = form == PathForm::parabola ? multiply_add<arithmetic>(rest, gain[k], after)
-                                         : multiply_add<arithmetic>(course.end.P0[k], pulse, p.v1[k]);
+                                         : multiply_add<arithmetic>(state.end.P0[k], pulse, p.v1[k]);
     p.v0[k] = after;
   }
-  if (course.recording != nullptr) {
+  if (state.recording != nullptr) {
     const Vector<T> dv = difference(p.v0, vf);
     const bool hits = dv != Vector<T>{} && !(lies && (e == 0 || has_pulses(surface)));
-    course.recording->push(hits ? Told::impact : Told::hold, course.last, xf, n, dv, course.t);
+    state.recording->push(hits ? EventKind::impact : EventKind::hold, state.last, xf, n, dv, state.t);
   }
   let_go();
 }
 
 template <Arithmetic arithmetic, PathForm form, class T>
 std::optional<T> cross(const Terms<T>& terms, const Surface<T>& surface, const Particle<T>& p,
-                       const Course<arithmetic, form, T>& course, bool is_held, T low) noexcept {
-  const Particle<T> seen = seen_from<arithmetic>(surface, p, course.t);
+                       const ImpactState<arithmetic, form, T>& state, bool is_held, T low) noexcept {
+  const Particle<T> seen = seen_from<arithmetic>(surface, p, state.t);
   switch (surface.shape) {
     case Shape::plane:
-      return cross_plane(terms, surface, seen, p, course, is_held, low);
+      return cross_plane(terms, surface, seen, p, state, is_held, low);
     case Shape::sphere:
-      return cross_sphere(terms, surface, seen, p, course, is_held, low);
+      return cross_sphere(terms, surface, seen, p, state, is_held, low);
     case Shape::capsule:
     case Shape::box:
     case Shape::convex:
     case Shape::mesh:
       break;
   }
-  return cross_solid(surface, seen, p, course, is_held, low);
+  return cross_solid(surface, seen, p, state, is_held, low);
 }
 
 // A particle of a network has been pressed onto the surface b, and at the part f of what was left then onto a: both together.
 template <Arithmetic arithmetic, PathForm form, class T>
 void settle_in_edge(const Terms<T>& terms, const Pressed<T>& before, T f, Particle<T>& p,
-                    Course<arithmetic, form, T>& course) noexcept {
+                    ImpactState<arithmetic, form, T>& state) noexcept {
   constexpr T eps = std::numeric_limits<T>::epsilon();
-  if (before.by == Held<T>::none || course.pressed.by == Held<T>::none || before.by == course.pressed.by) return;
-  const Surface<T>& a = terms.surfaces[course.pressed.by];
+  if (before.by == Supports<T>::none || state.pressed.by == Supports<T>::none || before.by == state.pressed.by) return;
+  const Surface<T>& a = terms.surfaces[state.pressed.by];
   const Surface<T>& b = terms.surfaces[before.by];
   const auto distance = [&](const Surface<T>& surface) {
     const bool moves = surface.movement != Movement::rest;
-    return touch<arithmetic>(surface, moves ? taken_along<arithmetic>(surface, p.x0, course.t) : p.x0).s;
+    return touch<arithmetic>(surface, moves ? taken_along<arithmetic>(surface, p.x0, state.t) : p.x0).s;
   };
   const T sb = distance(b);
   const T way = std::abs(terms.h) * one_norm(before.v);
   const T sizes = ((one_norm(p.x0) + one_norm(p.x1)) + (b.radius + b.radius)) + way;
   const T near = 8 * eps * sizes + b.falls_away * (way * way);
   if (!(sb <= near)) return;
-  const Meeting<T> of_a = meeting<arithmetic>(a, p.x0, course.t);
-  const Meeting<T> of_b = meeting<arithmetic>(b, p.x0, course.t);
+  const Meeting<T> of_a = meeting<arithmetic>(a, p.x0, state.t);
+  const Meeting<T> of_b = meeting<arithmetic>(b, p.x0, state.t);
   const T kappa = dot<arithmetic>(of_a.n, of_b.n);
   const T det = subtract_product<arithmetic>(T(1), kappa, kappa);
   if (!(det > 64 * eps)) return;
@@ -228,7 +228,7 @@ void settle_in_edge(const Terms<T>& terms, const Pressed<T>& before, T f, Partic
   const bool is_at_once = f <= 16 * eps;
   const T flat = most_pulses * (1 - kappa);
   const T reach = (before.removed + before.removed) * (flat < 1 ? flat : T(1));
-  if (!is_at_once && kappa > 0 && !(course.pressed.removed <= reach)) return;
+  if (!is_at_once && kappa > 0 && !(state.pressed.removed <= reach)) return;
 
   const Vector<T> across = [&] {  // to b, along a
     Vector<T> to;
@@ -239,8 +239,8 @@ void settle_in_edge(const Terms<T>& terms, const Pressed<T>& before, T f, Partic
   Vector<T> V;
   for (std::size_t k = 0; k < 3; ++k) V[k] = multiply_add<arithmetic>(share, across[k], of_a.V[k]);
   const Vector<T> u = difference(is_at_once ? before.v : p.v0, V);
-  const T ua = course.direction * dot<arithmetic>(of_a.n, u);
-  const T ub = course.direction * dot<arithmetic>(of_b.n, u);
+  const T ua = state.direction * dot<arithmetic>(of_a.n, u);
+  const T ub = state.direction * dot<arithmetic>(of_b.n, u);
   Two<T> taken{scale * (kappa * ub - ua), scale * (kappa * ua - ub)};
   if (is_at_once && !(taken.b >= 0 && taken.a >= 0)) {
     taken = taken.b >= 0 ? Two<T>{0, ub < 0 ? -ub : T(0)} : Two<T>{ua < 0 ? -ua : T(0), 0};
@@ -248,8 +248,8 @@ void settle_in_edge(const Terms<T>& terms, const Pressed<T>& before, T f, Partic
   const bool is_edge = taken.a != 0 && taken.b != 0;
   Vector<T> along;
   for (std::size_t k = 0; k < 3; ++k) {
-    const T by_a = multiply_add<arithmetic>(course.direction * taken.a, of_a.n[k], u[k]);
-    along[k] = multiply_add<arithmetic>(course.direction * taken.b, of_b.n[k], by_a);
+    const T by_a = multiply_add<arithmetic>(state.direction * taken.a, of_a.n[k], u[k]);
+    along[k] = multiply_add<arithmetic>(state.direction * taken.b, of_b.n[k], by_a);
   }
   // In a flat edge both are large against what is left, along which friction finds their roundings: once more of these.
   const T left_a = dot<arithmetic>(of_a.n, along);
@@ -275,17 +275,17 @@ void settle_in_edge(const Terms<T>& terms, const Pressed<T>& before, T f, Partic
     p.x0[k] = p.x0[k] + shift;
     p.x1[k] = p.x1[k] + shift;
     if constexpr (form == PathForm::parabola) {
-      p.x1[k] = multiply_add<arithmetic>(course.t, pulse, p.x1[k]);
+      p.x1[k] = multiply_add<arithmetic>(state.t, pulse, p.x1[k]);
       p.v1[k] = after + (p.v1[k] - p.v0[k]);
     } else {
-      p.x1[k] = multiply_add<arithmetic>(course.h * course.end.P1[k], pulse, p.x1[k]);
+      p.x1[k] = multiply_add<arithmetic>(state.h * state.end.P1[k], pulse, p.x1[k]);
       p.v1[k] =
-          multiply_add<arithmetic>(course.end.P0[k], after, subtract_product<arithmetic>(p.v1[k], course.end.P0[k], p.v0[k]));
+          multiply_add<arithmetic>(state.end.P0[k], after, subtract_product<arithmetic>(p.v1[k], state.end.P0[k], p.v0[k]));
     }
     p.v0[k] = after;
   }
-  course.pressed.v = p.v0;
-  if (course.recording == nullptr) return;
+  state.pressed.v = p.v0;
+  if (state.recording == nullptr) return;
   // The impacts have been told one after the other: the rest, by the multiples of the normals, and friction's by its limits.
   const Vector<T> rest = difference(p.v0, told);
   const T rest_a = dot<arithmetic>(of_a.n, rest);
@@ -299,45 +299,45 @@ void settle_in_edge(const Terms<T>& terms, const Pressed<T>& before, T f, Partic
     dv_b[k] = by_b * of_b.n[k] + share_b * along_edge;
     dv_a[k] = rest[k] - dv_b[k];
   }
-  course.recording->push(Told::hold, course.last, p.x0, of_a.n, dv_a, course.t);
-  course.recording->push(Told::hold, before.by, p.x0, of_b.n, dv_b, course.t);
+  state.recording->push(EventKind::hold, state.last, p.x0, of_a.n, dv_a, state.t);
+  state.recording->push(EventKind::hold, before.by, p.x0, of_b.n, dv_b, state.t);
 }
 
 // Whether there was an impact.
 template <Arithmetic arithmetic, PathForm form, class T>
-bool resolve_earliest(const Terms<T>& terms, Particle<T>& p, Course<arithmetic, form, T>& course) noexcept {
+bool resolve_earliest(const Terms<T>& terms, Particle<T>& p, ImpactState<arithmetic, form, T>& state) noexcept {
   const T low = 4 * low_bounce * std::numeric_limits<T>::epsilon() * one_norm(p.x0);
-  const T corner = terms.bend.corner * course.t;
+  const T corner = terms.bend.corner * state.t;
   Vector<T> middle;
   for (std::size_t k = 0; k < 3; ++k) middle[k] = multiply_add<arithmetic>(corner, p.v0[k], p.x0[k]);
   T earliest = 2;
   std::size_t which = terms.surface_count;
   for (std::size_t j = 0; j < terms.surface_count; ++j) {
     const Surface<T>& surface = terms.surfaces[j];
-    if (course.held.has(j) || !may_touch_moving<arithmetic>(surface, p, middle, course.t, corner)) continue;
-    if (leaves(surface, course)) continue;
-    const std::optional<T> f = cross(terms, surface, p, course, course.last == j, low);
+    if (state.supports.has(j) || !may_touch_moving<arithmetic>(surface, p, middle, state.t, corner)) continue;
+    if (leaves(surface, state)) continue;
+    const std::optional<T> f = cross(terms, surface, p, state, state.last == j, low);
     if (f && *f < earliest) {
       earliest = *f;
       which = j;
     }
   }
   if (which == terms.surface_count) return false;
-  course.last = which;
-  const Pressed<T> before = course.pressed;
-  respond(terms.surfaces[which], p, course, earliest);
-  settle_in_edge(terms, before, earliest, p, course);
-  hold(terms, p, course);
+  state.last = which;
+  const Pressed<T> before = state.pressed;
+  respond(terms.surfaces[which], p, state, earliest);
+  settle_in_edge(terms, before, earliest, p, state);
+  hold(terms, p, state);
   return true;
 }
 
 template <Arithmetic arithmetic, PathForm form, class T>
-void clamp(const Surface<T>& surface, Particle<T>& p, const Course<arithmetic, form, T>& course, bool is_held,
+void clamp(const Surface<T>& surface, Particle<T>& p, const ImpactState<arithmetic, form, T>& state, bool is_held,
            T size) noexcept {
   const Vector<T> n = touch<arithmetic>(surface, p.x1).n;
-  Particle<T> seen = seen_from<arithmetic>(surface, p, course.t);
+  Particle<T> seen = seen_from<arithmetic>(surface, p, state.t);
   const T vn = dot<arithmetic>(n, seen.v1);
-  if (course.direction * vn < 0) {
+  if (state.direction * vn < 0) {
     const T removed = std::abs(vn);
     Vector<T> vt;
     for (std::size_t k = 0; k < 3; ++k) vt[k] = subtract_product<arithmetic>(seen.v1[k], vn, n[k]);
@@ -346,26 +346,27 @@ void clamp(const Surface<T>& surface, Particle<T>& p, const Course<arithmetic, f
     if (surface.movement == Movement::rest) p.v1 = seen.v1;
   }
   const Vector<T> sum = sum_of(seen.v0, seen.v1);
-  const T motion = std::abs(course.t) * one_norm(sum);
-  const bool rests = is_held && course.leaving == nullptr && motion < std::numeric_limits<T>::epsilon() / 4 * size;
+  const T motion = std::abs(state.t) * one_norm(sum);
+  const bool rests = is_held && state.leaving == nullptr && motion < std::numeric_limits<T>::epsilon() / 4 * size;
   const Vector<T> base = rests ? seen.x0 : p.x1;
   const Touch<T> there = touch<arithmetic>(surface, base);
   for (std::size_t k = 0; k < 3; ++k) p.x1[k] = subtract_product<arithmetic>(base[k], there.s, there.n[k]);
-  if (surface.movement == Movement::rest || !(course.direction * vn < 0)) return;
+  if (surface.movement == Movement::rest || !(state.direction * vn < 0)) return;
   p.v1 = sum_of(seen.v1, velocity_at<arithmetic>(surface, p.x1, T(0)));
 }
 
 // A particle on `a` is inside b. Where both face each other and have left it no room since the start, it goes to the middle
 // between them, with their friction. Whether it did.
 template <Arithmetic arithmetic, PathForm form, class T>
-bool is_pinched(const Surface<T>& a, const Surface<T>& b, Particle<T>& p, const Course<arithmetic, form, T>& course) noexcept {
+bool is_pinched(const Surface<T>& a, const Surface<T>& b, Particle<T>& p,
+                const ImpactState<arithmetic, form, T>& state) noexcept {
   const Touch<T> end_a = touch<arithmetic>(a, p.x1);
   const Touch<T> end_b = touch<arithmetic>(b, p.x1);
   const T kappa = dot<arithmetic>(end_a.n, end_b.n);
   const T opening = 1 - kappa;
   if (!face_each_other(a.mu, b.mu, kappa)) return false;
-  const Particle<T> from_a = seen_from<arithmetic>(a, p, course.t);
-  const Particle<T> from_b = seen_from<arithmetic>(b, p, course.t);
+  const Particle<T> from_a = seen_from<arithmetic>(a, p, state.t);
+  const Particle<T> from_b = seen_from<arithmetic>(b, p, state.t);
   const T sizes = (one_norm(p.x0) + one_norm(p.x1)) + (a.radius + b.radius);
   const T room = touch<arithmetic>(a, from_a.x0).s + touch<arithmetic>(b, from_b.x0).s;
   if (!(room < -(8 * std::numeric_limits<T>::epsilon() * sizes))) return false;
@@ -381,11 +382,11 @@ bool is_pinched(const Surface<T>& a, const Surface<T>& b, Particle<T>& p, const 
   const T across = half * dot<arithmetic>(axis, u);
   Vector<T> along;
   for (std::size_t k = 0; k < 3; ++k) along[k] = subtract_product<arithmetic>(u[k], across, axis[k]);
-  const T push = 4 * std::abs(inverse(course.t) * (end_a.s + end_b.s));
+  const T push = 4 * std::abs(inverse(state.t) * (end_a.s + end_b.s));
   const T kept = kept_by_friction((a.mu + b.mu) * push, (a.mu + b.mu) * push, std::sqrt(dot<arithmetic>(along, along)));
   Vector<T> x = carried;
   for (std::size_t k = 0; k < 3; ++k) {
-    if (kept != 0) x[k] = multiply_add<arithmetic>(T(0.5) * course.t, kept * along[k] - along[k], p.x1[k]);
+    if (kept != 0) x[k] = multiply_add<arithmetic>(T(0.5) * state.t, kept * along[k] - along[k], p.x1[k]);
     p.v1[k] = multiply_add<arithmetic>(kept, along[k], V[k]);
   }
   const Touch<T> at_a = touch<arithmetic>(a, x);
@@ -396,35 +397,35 @@ bool is_pinched(const Surface<T>& a, const Surface<T>& b, Particle<T>& p, const 
 }
 
 template <Arithmetic arithmetic, PathForm form, class T>
-void resolve_all(const Terms<T>& terms, Particle<T>& p, Course<arithmetic, form, T>& course) noexcept {
+void resolve_all(const Terms<T>& terms, Particle<T>& p, ImpactState<arithmetic, form, T>& state) noexcept {
   Leaving<T> leaving;
-  if (terms.pushes) push_out(terms, p, course, leaving);
-  hold(terms, p, course);
+  if (terms.pushes) push_out(terms, p, state, leaving);
+  hold(terms, p, state);
   for (int impact = 0; impact < terms.impacts; ++impact) {
-    if (!resolve_earliest(terms, p, course)) break;
+    if (!resolve_earliest(terms, p, state)) break;
   }
-  if (course.recording != nullptr) course.recording->let_go(1);
+  if (state.recording != nullptr) state.recording->let_go(1);
   T tolerance = 0;
   std::size_t before = terms.surface_count;
   for (int round = 0; round < clamp_rounds; ++round) {
     bool is_clamped = false;
     for (std::size_t j = 0; j < terms.surface_count; ++j) {
       const T size = one_norm(p.x1);
-      const bool is_held = course.held.has(j);
+      const bool is_held = state.supports.has(j);
       if (round == 0 && is_held && terms.surfaces[j].shape == Shape::plane) continue;
       if (!(touch<arithmetic>(terms.surfaces[j], p.x1).s < -(tolerance * size))) continue;
-      if (leaves(terms.surfaces[j], course)) continue;
+      if (leaves(terms.surfaces[j], state)) continue;
       is_clamped = true;
       const Vector<T> v = p.v1;
       const bool ends =
-          before != terms.surface_count && before != j && is_pinched(terms.surfaces[before], terms.surfaces[j], p, course);
-      if (!ends) clamp(terms.surfaces[j], p, course, course.last == j || is_held, size);
-      if (course.recording != nullptr) {
+          before != terms.surface_count && before != j && is_pinched(terms.surfaces[before], terms.surfaces[j], p, state);
+      if (!ends) clamp(terms.surfaces[j], p, state, state.last == j || is_held, size);
+      if (state.recording != nullptr) {
         const Vector<T> dv = difference(p.v1, v);
         const T own = terms.surfaces[j].hold;
         const Vector<T> dv_j = ends ? scaled_by(own / (own + terms.surfaces[before].hold), dv) : dv;
-        course.recording->push(Told::hold, j, p.x1, {}, dv_j, T(0));
-        if (ends) course.recording->push(Told::hold, before, p.x1, {}, difference(dv, dv_j), T(0));
+        state.recording->push(EventKind::hold, j, p.x1, {}, dv_j, T(0));
+        if (ends) state.recording->push(EventKind::hold, before, p.x1, {}, difference(dv, dv_j), T(0));
       }
       if (ends) return;
       before = j;

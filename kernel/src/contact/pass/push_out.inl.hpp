@@ -27,9 +27,9 @@ template <class V, Arithmetic arithmetic>
 }
 
 template <class V, Arithmetic arithmetic, PathForm form>
-Mask<V> leaves(const Surface<Scalar<V>>& surface, const Course<V, arithmetic, form>& course) noexcept {
-  if (course.leaving == nullptr || !pushes_out(surface)) return Mask<V>(false);
-  const Leaving<V>& leaving = *course.leaving;
+Mask<V> leaves(const Surface<Scalar<V>>& surface, const ImpactState<V, arithmetic, form>& state) noexcept {
+  if (state.leaving == nullptr || !pushes_out(surface)) return Mask<V>(false);
+  const Leaving<V>& leaving = *state.leaving;
   return leaving.lanes & start_on<V, arithmetic>(surface, leaving.x0, leaving.t).is_inside;
 }
 
@@ -39,16 +39,16 @@ V within(V x, V least, V most) noexcept {
 }
 
 template <class V, Arithmetic arithmetic, PathForm form>
-[[gnu::noinline]] void leave(const Surface<Scalar<V>>& surface, Trajectory<V>& m, const Course<V, arithmetic, form>& course,
+[[gnu::noinline]] void leave(const Surface<Scalar<V>>& surface, Trajectory<V>& m, const ImpactState<V, arithmetic, form>& state,
                              Mask<V> lanes) noexcept {
   using T = Scalar<V>;
   const V zero(T(0));
   const V speed(surface.push_out);
   const bool moves = surface.movement != Movement::rest;
   Trajectory<V> room;
-  const Trajectory<V>& seen = seen_from<V, arithmetic>(surface, m, course.t, room);
+  const Trajectory<V>& seen = seen_from<V, arithmetic>(surface, m, state.t, room);
   const Touch<V> start = touch<V, arithmetic>(surface, seen.x0);
-  const V way = course.t * speed;
+  const V way = state.t * speed;
   const V most = start.s + way;
   const Mask<V> stays_inside = most < zero;
   const V least = select<V>(stays_inside, most, zero);
@@ -56,7 +56,7 @@ template <class V, Arithmetic arithmetic, PathForm form>
   const V vn0 = dot<arithmetic>(start.n, seen.v0);
   const V slower = within<V>(vn0, zero, speed) - vn0;
   const bool turns = surface.movement == Movement::turns;
-  const Three<V> n0 = turns ? turned_by<V, arithmetic>(negative(course.t) * three<V>(surface.omega), start.n) : start.n;
+  const Three<V> n0 = turns ? turned_by<V, arithmetic>(negative(state.t) * three<V>(surface.omega), start.n) : start.n;
   const V gone = dot<arithmetic>(start.n, m.x1 - seen.x0);
   const V further = within<V>(gone, select<V>(stays_inside, way, negative(start.s)), way) - gone;
   const Three<V> v0 = multiply_add<arithmetic>(slower, n0, m.v0);
@@ -92,7 +92,7 @@ Mask<V> face_each_other(V mu_a, V mu_b, V kappa) noexcept {
 
 // Lanes that start inside a surface that pushes out, and not between two that face each other.
 template <class V, Arithmetic arithmetic, PathForm form>
-Mask<V> starting_to_leave(const Terms<Scalar<V>>& terms, const Trajectory<V>& m, const Course<V, arithmetic, form>& course,
+Mask<V> starting_to_leave(const Terms<Scalar<V>>& terms, const Trajectory<V>& m, const ImpactState<V, arithmetic, form>& state,
                           Mask<V> lanes) noexcept {
   using T = Scalar<V>;
   const V zero(T(0));
@@ -102,7 +102,7 @@ Mask<V> starting_to_leave(const Terms<Scalar<V>>& terms, const Trajectory<V>& m,
   for (std::size_t j = 0; j < terms.surface_count; ++j) {
     const Surface<T>& surface = terms.surfaces[j];
     if (!pushes_out(surface)) continue;
-    const Start<V> start = start_on<V, arithmetic>(surface, m.x0, course.t);
+    const Start<V> start = start_on<V, arithmetic>(surface, m.x0, state.t);
     const Mask<V> is_it = lanes & start.is_inside & (start.at.s < a.s);
     deepest = select<V>(is_it, V(static_cast<T>(j)), deepest);
     mu = select<V>(is_it, V(surface.mu), mu);
@@ -112,7 +112,7 @@ Mask<V> starting_to_leave(const Terms<Scalar<V>>& terms, const Trajectory<V>& m,
   if (!any_lane<V>(lanes)) return lanes;
   for (std::size_t j = 0; j < terms.surface_count; ++j) {
     const Surface<T>& surface = terms.surfaces[j];
-    const Start<V> start = start_on<V, arithmetic>(surface, m.x0, course.t);
+    const Start<V> start = start_on<V, arithmetic>(surface, m.x0, state.t);
     const Mask<V> is_other = (!start.is_free) & differ(deepest, V(static_cast<T>(j)));
     lanes = lanes & !(is_other & face_each_other<V>(mu, V(surface.mu), dot<arithmetic>(a.n, start.at.n)));
   }
@@ -121,15 +121,15 @@ Mask<V> starting_to_leave(const Terms<Scalar<V>>& terms, const Trajectory<V>& m,
 
 // Brings lanes out of the surfaces that they leave, each along its own normal.
 template <class V, Arithmetic arithmetic, PathForm form>
-[[gnu::noinline]] void push_out(const Terms<Scalar<V>>& terms, Trajectory<V>& m, Course<V, arithmetic, form>& course,
+[[gnu::noinline]] void push_out(const Terms<Scalar<V>>& terms, Trajectory<V>& m, ImpactState<V, arithmetic, form>& state,
                                 Mask<V> lanes, Leaving<V>& leaving) noexcept {
-  lanes = starting_to_leave<V, arithmetic, form>(terms, m, course, lanes);
+  lanes = starting_to_leave<V, arithmetic, form>(terms, m, state, lanes);
   if (!any_lane<V>(lanes)) return;
-  leaving = {m.x0, course.t, lanes};
-  course.leaving = &leaving;
+  leaving = {m.x0, state.t, lanes};
+  state.leaving = &leaving;
   for (std::size_t j = 0; j < terms.surface_count; ++j) {
-    const Mask<V> leaving_it = leaves<V, arithmetic, form>(terms.surfaces[j], course);
-    if (any_lane<V>(leaving_it)) leave<V, arithmetic, form>(terms.surfaces[j], m, course, leaving_it);
+    const Mask<V> leaving_it = leaves<V, arithmetic, form>(terms.surfaces[j], state);
+    if (any_lane<V>(leaving_it)) leave<V, arithmetic, form>(terms.surfaces[j], m, state, leaving_it);
   }
 }
 

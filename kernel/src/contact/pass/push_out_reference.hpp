@@ -26,9 +26,9 @@ Start<T> start_on(const Surface<T>& surface, const Vector<T>& x, T t) noexcept {
 }
 
 template <Arithmetic arithmetic, PathForm form, class T>
-bool leaves(const Surface<T>& surface, const Course<arithmetic, form, T>& course) noexcept {
-  if (course.leaving == nullptr || !pushes_out(surface)) return false;
-  return start_on<arithmetic>(surface, course.leaving->x0, course.leaving->t).is_inside;
+bool leaves(const Surface<T>& surface, const ImpactState<arithmetic, form, T>& state) noexcept {
+  if (state.leaving == nullptr || !pushes_out(surface)) return false;
+  return start_on<arithmetic>(surface, state.leaving->x0, state.leaving->t).is_inside;
 }
 
 template <class T>
@@ -38,11 +38,11 @@ T within(T x, T least, T most) noexcept {
 }
 
 template <Arithmetic arithmetic, PathForm form, class T>
-void leave(const Surface<T>& surface, Particle<T>& p, const Course<arithmetic, form, T>& course) noexcept {
+void leave(const Surface<T>& surface, Particle<T>& p, const ImpactState<arithmetic, form, T>& state) noexcept {
   const bool moves = surface.movement != Movement::rest;
-  const Particle<T> seen = seen_from<arithmetic>(surface, p, course.t);
+  const Particle<T> seen = seen_from<arithmetic>(surface, p, state.t);
   const Touch<T> start = touch<arithmetic>(surface, seen.x0);
-  const T way = course.t * surface.push_out;
+  const T way = state.t * surface.push_out;
   const T most = start.s + way;
   const bool stays_inside = most < 0;
   const T least = stays_inside ? most : T(0);
@@ -50,7 +50,7 @@ void leave(const Surface<T>& surface, Particle<T>& p, const Course<arithmetic, f
   const T vn0 = dot<arithmetic>(start.n, seen.v0);
   const T slower = within(vn0, T(0), surface.push_out) - vn0;
   const bool turns = surface.movement == Movement::turns;
-  const Vector<T> n0 = turns ? turned_by<arithmetic>(scaled_by(-course.t, surface.omega), start.n) : start.n;
+  const Vector<T> n0 = turns ? turned_by<arithmetic>(scaled_by(-state.t, surface.omega), start.n) : start.n;
   const T gone = dot<arithmetic>(start.n, difference(p.x1, seen.x0));
   const T further = within(gone, stays_inside ? way : -start.s, way) - gone;
   for (std::size_t k = 0; k < 3; ++k) {
@@ -87,12 +87,12 @@ bool face_each_other(T mu_a, T mu_b, T kappa) noexcept {
 
 // Whether a particle starts inside a surface that pushes out, and not between two that face each other.
 template <Arithmetic arithmetic, PathForm form, class T>
-bool starts_to_leave(const Terms<T>& terms, const Particle<T>& p, const Course<arithmetic, form, T>& course) noexcept {
+bool starts_to_leave(const Terms<T>& terms, const Particle<T>& p, const ImpactState<arithmetic, form, T>& state) noexcept {
   std::size_t deepest = terms.surface_count;
   Touch<T> a{.n = {}, .s = 0};
   for (std::size_t j = 0; j < terms.surface_count; ++j) {
     if (!pushes_out(terms.surfaces[j])) continue;
-    const Start<T> start = start_on<arithmetic>(terms.surfaces[j], p.x0, course.t);
+    const Start<T> start = start_on<arithmetic>(terms.surfaces[j], p.x0, state.t);
     if (!start.is_inside || !(start.at.s < a.s)) continue;
     deepest = j;
     a = start.at;
@@ -100,7 +100,7 @@ bool starts_to_leave(const Terms<T>& terms, const Particle<T>& p, const Course<a
   if (deepest == terms.surface_count) return false;
   for (std::size_t j = 0; j < terms.surface_count; ++j) {
     const Surface<T>& surface = terms.surfaces[j];
-    const Start<T> start = start_on<arithmetic>(surface, p.x0, course.t);
+    const Start<T> start = start_on<arithmetic>(surface, p.x0, state.t);
     if (j == deepest || start.is_free) continue;
     if (face_each_other(terms.surfaces[deepest].mu, surface.mu, dot<arithmetic>(a.n, start.at.n))) return false;
   }
@@ -109,15 +109,15 @@ bool starts_to_leave(const Terms<T>& terms, const Particle<T>& p, const Course<a
 
 // Brings a particle out of the surfaces that it leaves, each along its own normal. Whether it leaves any.
 template <Arithmetic arithmetic, PathForm form, class T>
-bool push_out(const Terms<T>& terms, Particle<T>& p, Course<arithmetic, form, T>& course, Leaving<T>& leaving) noexcept {
-  if (!starts_to_leave(terms, p, course)) return false;
-  leaving = {p.x0, course.t};
-  course.leaving = &leaving;
+bool push_out(const Terms<T>& terms, Particle<T>& p, ImpactState<arithmetic, form, T>& state, Leaving<T>& leaving) noexcept {
+  if (!starts_to_leave(terms, p, state)) return false;
+  leaving = {p.x0, state.t};
+  state.leaving = &leaving;
   for (std::size_t j = 0; j < terms.surface_count; ++j) {
-    if (!leaves(terms.surfaces[j], course)) continue;
+    if (!leaves(terms.surfaces[j], state)) continue;
     const Vector<T> v = p.v1;
-    leave(terms.surfaces[j], p, course);
-    if (course.recording != nullptr) course.recording->push(Told::hold, j, p.x1, {}, difference(p.v1, v), T(0));
+    leave(terms.surfaces[j], p, state);
+    if (state.recording != nullptr) state.recording->push(EventKind::hold, j, p.x1, {}, difference(p.v1, v), T(0));
   }
   return true;
 }

@@ -12,7 +12,7 @@
 namespace dvdx::reference {
 
 // A particle that stays on a surface makes no event.
-enum class Told { impact, hold };
+enum class EventKind { impact, hold };
 
 // A surface that holds a particle acts through all the rest of its flow, or up to the next impact: told when that is known.
 template <class T>
@@ -22,8 +22,8 @@ class Recording {
       : log_(log), surfaces_(terms.surfaces), particle_(particle) {}
 
   // dv of the surface's, at x, t before the end.
-  void push(Told told, std::size_t surface, const Vector<T>& x, const Vector<T>& n, const Vector<T>& dv, T t) noexcept {
-    if (told == Told::impact) return log_.take_impact({particle_, contact_of(surface), x, dv, t}, n);
+  void push(EventKind kind, std::size_t surface, const Vector<T>& x, const Vector<T>& n, const Vector<T>& dv, T t) noexcept {
+    if (kind == EventKind::impact) return log_.take_impact({particle_, contact_of(surface), x, dv, t}, n);
     log_.take_hold({particle_, contact_of(surface), x, dv, t});
   }
 

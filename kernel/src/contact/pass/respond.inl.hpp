@@ -29,7 +29,7 @@ Mask<V> hovers(const Surface<Scalar<V>>& surface, V s, V out, V press, V t) noex
 // The share of the tangential velocity that is left at an impact, and after infinitely many that end within the step. 1 for
 // lanes that lay or slid on the surface before.
 template <class V, Arithmetic arithmetic, PathForm form>
-V kept_by_viscosity(const Surface<Scalar<V>>& surface, const Trajectory<V>& m, const Course<V, arithmetic, form>& course,
+V kept_by_viscosity(const Surface<Scalar<V>>& surface, const Trajectory<V>& m, const ImpactState<V, arithmetic, form>& state,
                     const Three<V>& gain, Mask<V> is_over) noexcept {
   using T = Scalar<V>;
   const V one(T(1));
@@ -37,16 +37,16 @@ V kept_by_viscosity(const Surface<Scalar<V>>& surface, const Trajectory<V>& m, c
   constexpr T eps = std::numeric_limits<T>::epsilon();
   const Touch<V> start = touch<V, arithmetic>(surface, m.x0);
   const V low = V(low_bounce * eps) * (one_norm(m.x0) + V(surface.radius));
-  const V out = course.direction * dot<arithmetic>(start.n, m.v0);
-  const V press = -(course.direction * dot<arithmetic>(start.n, gain));
+  const V out = state.direction * dot<arithmetic>(start.n, m.v0);
+  const V press = -(state.direction * dot<arithmetic>(start.n, gain));
   const V own = magnitude(press);
   const V rounding = V(4 * eps) * one_norm(m.v0);
   const Mask<V> is_out = out > V(T(0));
-  const Mask<V> stays_low = (out <= rounding) | (out * out * magnitude(course.t) <= V(T(2)) * own * low);
+  const Mask<V> stays_low = (out <= rounding) | (out * out * magnitude(state.t) <= V(T(2)) * own * low);
   const Mask<V> comes_slow = -out <= own + rounding;
   const Mask<V> is_slow = Mask<V>(has_pulses(surface)) | (is_out & stays_low) | ((!is_out) & comes_slow);
-  const V near = V(T(4)) * low + fallen_away<V, arithmetic>(surface, m, course.t);
-  const Mask<V> rests = ((start.s <= near) & is_slow) | hovers<V>(surface, start.s, out, press, course.t);
+  const V near = V(T(4)) * low + fallen_away<V, arithmetic>(surface, m, state.t);
+  const Mask<V> rests = ((start.s <= near) & is_slow) | hovers<V>(surface, start.s, out, press, state.t);
   return select<V>(rests, one, select<V>(is_over, V(T(0)), V(surface.tau)));
 }
 
@@ -57,25 +57,25 @@ struct Moment {
 };
 
 template <class V, Arithmetic arithmetic, PathForm form>
-Moment<V> moment(const Surface<Scalar<V>>& surface, const Trajectory<V>& m, const Course<V, arithmetic, form>& course,
+Moment<V> moment(const Surface<Scalar<V>>& surface, const Trajectory<V>& m, const ImpactState<V, arithmetic, form>& state,
                  const Three<V>& gain, V f) noexcept {
   if constexpr (form == PathForm::parabola) {
-    return {along<V, arithmetic>(m.x0, path(surface, m, course.t), f), multiply_add<arithmetic>(f, gain, m.v0)};
+    return {along<V, arithmetic>(m.x0, path(surface, m, state.t), f), multiply_add<arithmetic>(f, gain, m.v0)};
   } else {
-    const Responses<V> P = (*course.bending)(f * course.left);
-    const auto& end = course.end;
-    const bool is_driven = course.bending->is_driven();
-    const V frequency = quotient<V>(V(Scalar<V>(1)), course.h);
+    const Responses<V> P = (*state.bending)(f * state.left);
+    const auto& end = state.end;
+    const bool is_driven = state.bending->is_driven();
+    const V frequency = quotient<V>(V(Scalar<V>(1)), state.h);
     Three<V> v1 = m.v1;
-    if (is_driven) v1 = v1 - frequency * driven<V, arithmetic>(course.drive, end.P2, end.P3, end.P4);
+    if (is_driven) v1 = v1 - frequency * driven<V, arithmetic>(state.drive, end.P2, end.P3, end.P4);
     Moment<V> at;
     for (std::size_t k = 0; k < 3; ++k) {
       const V pull = subtract_product<arithmetic>(v1[k], m.v0[k], end.P0[k]) * inverse(end.P1[k]);
       at.v[k] = multiply_add<arithmetic>(pull, P.P1[k], m.v0[k] * P.P0[k]);
     }
-    if (is_driven) at.v = at.v + frequency * driven<V, arithmetic>(course.drive, P.P2, P.P3, P.P4);
-    at.x = surface.sweep == ContactPath::line ? along<V, arithmetic>(m.x0, path(surface, m, course.t), f)
-                                              : m.x0 + flow_path<V, arithmetic>(m, course).way(P);
+    if (is_driven) at.v = at.v + frequency * driven<V, arithmetic>(state.drive, P.P2, P.P3, P.P4);
+    at.x = surface.sweep == ContactPath::line ? along<V, arithmetic>(m.x0, path(surface, m, state.t), f)
+                                              : m.x0 + flow_path<V, arithmetic>(m, state).way(P);
     return at;
   }
 }
@@ -95,14 +95,14 @@ template <class V, Arithmetic arithmetic>
 }
 
 template <class V, Arithmetic arithmetic, PathForm form>
-void respond(const Surface<Scalar<V>>& surface, Trajectory<V>& m, Course<V, arithmetic, form>& course, V f, Mask<V> hits,
+void respond(const Surface<Scalar<V>>& surface, Trajectory<V>& m, ImpactState<V, arithmetic, form>& state, V f, Mask<V> hits,
              Pressed<V>* latest) noexcept {
   const V zero(Scalar<V>(0));
   const V one(Scalar<V>(1));
   const Three<V> gain = m.v1 - m.v0;
-  const auto [xf, vf] = moment<V, arithmetic, form>(surface, m, course, gain, f);
+  const auto [xf, vf] = moment<V, arithmetic, form>(surface, m, state, gain, f);
   const V rest = one - f;
-  const V t = rest * course.t;
+  const V t = rest * state.t;
   const bool moves = surface.movement != Movement::rest;
   Meeting<V> met;
   if (moves) {
@@ -113,23 +113,23 @@ void respond(const Surface<Scalar<V>>& surface, Trajectory<V>& m, Course<V, arit
   const Three<V> n = met.n;
   const Three<V> vr = moves ? vf - met.v : vf;
   const V vn = dot<arithmetic>(n, vr);
-  const Mask<V> acts = hits & (course.direction * vn <= zero);
+  const Mask<V> acts = hits & (state.direction * vn <= zero);
   if (latest != nullptr && surface.e == 0) {
-    latest->by = select<V>(acts, course.last, latest->by);
+    latest->by = select<V>(acts, state.last, latest->by);
     latest->removed = select<V>(acts, magnitude(vn), latest->removed);
     latest->v = select(acts, vf, latest->v);
   }
 
   // An impact whose bounces would all be over within the step is the last of them. The surfaces that hold a lane up to here,
   // and their friction, do not press.
-  const Mask<V> was_held = course.held.a >= zero;
-  const Three<V> forces = select(was_held, gain - course.held.dv, gain);
-  const V pressed = rest * (course.direction * dot<arithmetic>(n, forces));
+  const Mask<V> was_held = state.supports.a >= zero;
+  const Three<V> forces = select(was_held, gain - state.supports.dv, gain);
+  const V pressed = rest * (state.direction * dot<arithmetic>(n, forces));
   const Mask<V> is_over = V(surface.e + surface.e) * magnitude(vn) <= V(surface.e - 1) * pressed;
   const bool may_settle = surface.response == Response::resume && surface.e > 0;
   const V e = may_settle ? select<V>(is_over, zero, V(surface.e)) : V(surface.e);
   Trajectory<V> room;
-  const V tau = kept_by_viscosity<V, arithmetic, form>(surface, seen_from<V, arithmetic>(surface, m, course.t, room), course,
+  const V tau = kept_by_viscosity<V, arithmetic, form>(surface, seen_from<V, arithmetic>(surface, m, state.t, room), state,
                                                        gain, may_settle ? is_over : Mask<V>(false));
   const Three<V> vt = tau * subtract_product<arithmetic>(vr, vn, n);
   const V slide = V(surface.mu) * ((one + e) * magnitude(vn));
@@ -138,7 +138,7 @@ void respond(const Surface<Scalar<V>>& surface, Trajectory<V>& m, Course<V, arit
   const Three<V> after = moves ? away + met.v : away;
 
   // Surfaces that held a lane up to here need not hold it in the rest.
-  const Three<V> x1 = select(was_held, subtract_product<arithmetic>(m.x1, rest * rest, course.held.dx), m.x1);
+  const Three<V> x1 = select(was_held, subtract_product<arithmetic>(m.x1, rest * rest, state.supports.dx), m.x1);
   const Three<V> way = x1 - xf;
   const V beyond = dot<arithmetic>(n, moves ? subtract_product<arithmetic>(way, t, met.v) : way);
   Three<V> moved = subtract_product<arithmetic>(x1, beyond, n);
@@ -147,31 +147,31 @@ void respond(const Surface<Scalar<V>>& surface, Trajectory<V>& m, Course<V, arit
     if (surface.response == Response::resume) moved = multiply_add<arithmetic>(t, after - vf, x1);
     v1 = multiply_add<arithmetic>(rest, gain, after);
   } else {
-    const V left = rest * course.left;
-    const Responses<V> P = (*course.bending)(left);
+    const V left = rest * state.left;
+    const Responses<V> P = (*state.bending)(left);
     for (std::size_t k = 0; k < 3; ++k) {
       const V pulse = after[k] - vf[k];
-      if (surface.response == Response::resume) moved[k] = multiply_add<arithmetic>(course.h * P.P1[k], pulse, x1[k]);
+      if (surface.response == Response::resume) moved[k] = multiply_add<arithmetic>(state.h * P.P1[k], pulse, x1[k]);
       v1[k] = multiply_add<arithmetic>(P.P0[k], pulse, m.v1[k]);
     }
-    if (course.bending->is_driven()) {
-      const V passed = f * course.left;
-      const Drive<V>& drive = course.drive;
+    if (state.bending->is_driven()) {
+      const V passed = f * state.left;
+      const Drive<V>& drive = state.drive;
       const Three<V> D2 = multiply_add<arithmetic>(passed, drive.D3, drive.D2);
       const V half = V(Scalar<V>(0.5)) * passed;
       const Three<V> D1 = multiply_add<arithmetic>(passed, multiply_add<arithmetic>(half, drive.D3, drive.D2), drive.D1);
-      course.drive = {select(hits, D1, drive.D1), select(hits, D2, drive.D2), drive.D3};
+      state.drive = {select(hits, D1, drive.D1), select(hits, D2, drive.D2), drive.D3};
     }
-    course.left = select<V>(hits, left, course.left);
-    course.end = select(hits, P, course.end);
+    state.left = select<V>(hits, left, state.left);
+    state.end = select(hits, P, state.end);
   }
-  v1 = select(was_held, subtract_product<arithmetic>(v1, rest, course.held.dv), v1);
+  v1 = select(was_held, subtract_product<arithmetic>(v1, rest, state.supports.dv), v1);
 
   m.x1 = select(acts, moved, select(hits, x1, m.x1));
-  m.v1 = select(acts, v1, select(hits & was_held, subtract_product<arithmetic>(m.v1, rest, course.held.dv), m.v1));
+  m.v1 = select(acts, v1, select(hits & was_held, subtract_product<arithmetic>(m.v1, rest, state.supports.dv), m.v1));
   m.x0 = select(hits, xf, m.x0);
   m.v0 = select(acts, after, select(hits, vf, m.v0));
-  course.t = select<V>(hits, t, course.t);
+  state.t = select<V>(hits, t, state.t);
 }
 
 }  // namespace

@@ -4,7 +4,7 @@
 #include <cstddef>
 #include <limits>
 
-#include "contact/pass/course.inl.hpp"
+#include "contact/pass/impact_state.inl.hpp"
 
 namespace dvdx {
 namespace {
@@ -39,7 +39,7 @@ Holder<V> select(const Mask<V>& where, const Holder<V>& a, const Holder<V>& b) n
 }
 
 template <class V>
-Mask<V> is_among(const Held<V>& held, V number) noexcept {
+Mask<V> is_among(const Supports<V>& held, V number) noexcept {
   return (held.a == number) | (held.b == number) | (held.c == number);
 }
 
@@ -48,13 +48,13 @@ Mask<V> is_among(const Held<V>& held, V number) noexcept {
 // A lane that slides into the edge of two planes without restitution goes up the other one, comes back, and so on: each time
 // the speed is kappa times what it was, kappa the product of their normals. All of it is over after 1/(1 - kappa) times the
 // first way there and back, which takes d0/(-c) of the step.
-template <class V, Arithmetic arithmetic, PathForm form, Surroundings surroundings>
+template <class V, Arithmetic arithmetic, PathForm form, SurfaceMix mix>
 class Candidates {
   using T = Scalar<V>;
 
  public:
-  Candidates(const Terms<T>& terms, const Trajectory<V>& m, const Course<V, arithmetic, form>& course) noexcept
-      : end_size(one_norm(m.x1)), terms_(terms), m_(m), course_(course), size_(one_norm(m.x0)) {}
+  Candidates(const Terms<T>& terms, const Trajectory<V>& m, const ImpactState<V, arithmetic, form>& state) noexcept
+      : end_size(one_norm(m.x1)), terms_(terms), m_(m), state_(state), size_(one_norm(m.x0)) {}
 
   struct Candidate {
     Mask<V> may_hold;
@@ -65,9 +65,9 @@ class Candidates {
   // particle must have returned.
   [[nodiscard]] Candidate of(std::size_t j, V s1, V part) const noexcept {
     const Surface<T>& surface = terms_.surfaces[j];
-    if constexpr (surroundings == Surroundings::planes) return look(j, s1, part, m_, size_);
+    if constexpr (mix == SurfaceMix::planes) return look(j, s1, part, m_, size_);
     Trajectory<V> room;
-    const Trajectory<V>& m = seen_from<V, arithmetic>(surface, m_, course_.t, room);
+    const Trajectory<V>& m = seen_from<V, arithmetic>(surface, m_, state_.t, room);
     return look(j, s1, part, m, surface.movement == Movement::rest ? size_ : one_norm(m.x0));
   }
 
@@ -77,13 +77,13 @@ class Candidates {
   [[nodiscard]] [[gnu::always_inline]] inline Candidate look(std::size_t j, V s1, V part, const Trajectory<V>& m,
                                                              V size) const noexcept {
     const Surface<T>& surface = terms_.surfaces[j];
-    const Touch<V> start = touch<V, arithmetic, surroundings>(surface, m.x0);
+    const Touch<V> start = touch<V, arithmetic, mix>(surface, m.x0);
     const V low = V(4 * low_bounce * std::numeric_limits<T>::epsilon()) * size;
     const T roundings = surface.movement == Movement::rest ? T(2) : T(8);
     const V near = V(roundings * std::numeric_limits<T>::epsilon()) * ((size + end_size) + V(surface.radius + surface.radius));
-    const V d0 = course_.t * dot<arithmetic>(start.n, m.v0);
+    const V d0 = state_.t * dot<arithmetic>(start.n, m.v0);
     const V c = s1 - d0;
-    const Mask<V> is_last = course_.last == V(static_cast<T>(j));
+    const Mask<V> is_last = state_.last == V(static_cast<T>(j));
     const Mask<V> has_hit = is_last & Mask<V>(has_pulses(surface));
     const Mask<V> stands = has_hit | ((start.s >= V(T(-0.5)) * near) & (is_last | (start.s <= near)));
     const Mask<V> leaves = d0 > V(T(0));
@@ -94,7 +94,7 @@ class Candidates {
 
   const Terms<T>& terms_;
   const Trajectory<V>& m_;
-  const Course<V, arithmetic, form>& course_;
+  const ImpactState<V, arithmetic, form>& state_;
   V size_;
 };
 
@@ -180,9 +180,9 @@ template <class V, Arithmetic arithmetic>
 // The surface, of those that may hold lanes, whose inside their end x lies deepest in, with its normal and distance at the end
 // as nothing would hold them.
 // first: the only one that holds lanes up to now, or null.
-template <class V, Arithmetic arithmetic, PathForm form, Surroundings surroundings>
-Holder<V> deepest(const Terms<Scalar<V>>& terms, const Candidates<V, arithmetic, form, surroundings>& candidates,
-                  const Three<V>& x1, const Held<V>& held, const Holder<V>* first, const Three<V>& x, Mask<V> lanes) noexcept {
+template <class V, Arithmetic arithmetic, PathForm form, SurfaceMix mix>
+Holder<V> deepest(const Terms<Scalar<V>>& terms, const Candidates<V, arithmetic, form, mix>& candidates, const Three<V>& x1,
+                  const Supports<V>& held, const Holder<V>* first, const Three<V>& x, Mask<V> lanes) noexcept {
   using T = Scalar<V>;
   const V zero(T(0));
   const V one(T(1));
@@ -191,10 +191,10 @@ Holder<V> deepest(const Terms<Scalar<V>>& terms, const Candidates<V, arithmetic,
   for (std::size_t j = 0; j < terms.surface_count; ++j) {
     const Surface<T>& surface = terms.surfaces[j];
     const V number(static_cast<T>(j));
-    const V s = touch<V, arithmetic, surroundings>(surface, x).s;
+    const V s = touch<V, arithmetic, mix>(surface, x).s;
     const Mask<V> is_new = lanes & (s < depth) & !is_among(held, number);
     if (!any_lane<V>(is_new)) continue;
-    const Touch<V> end = touch<V, arithmetic, surroundings>(surface, x1);
+    const Touch<V> end = touch<V, arithmetic, mix>(surface, x1);
     V part = zero;
     if (first != nullptr && surface.e == 0) {
       const V over = one - dot<arithmetic>(first->n, end.n);
@@ -329,19 +329,19 @@ template <class V, Arithmetic arithmetic>
 }
 
 // Ends the step of lanes on the surfaces that hold them from here on: an active set of at most three, the deepest first.
-template <class V, Arithmetic arithmetic, PathForm form, Surroundings surroundings = Surroundings::any>
-void hold(const Terms<Scalar<V>>& terms, Trajectory<V>& m, Course<V, arithmetic, form>& course, Mask<V> lanes) noexcept {
+template <class V, Arithmetic arithmetic, PathForm form, SurfaceMix mix = SurfaceMix::any>
+void hold(const Terms<Scalar<V>>& terms, Trajectory<V>& m, ImpactState<V, arithmetic, form>& state, Mask<V> lanes) noexcept {
   using T = Scalar<V>;
   const V zero(T(0));
   const V none(T(-1));
-  constexpr bool is_any = surroundings == Surroundings::any;
-  if constexpr (is_any) watch(terms, course, m.x1, lanes);
-  const Candidates<V, arithmetic, form, surroundings> candidates(terms, m, course);
+  constexpr bool is_any = mix == SurfaceMix::any;
+  if constexpr (is_any) watch(terms, state, m.x1, lanes);
+  const Candidates<V, arithmetic, form, mix> candidates(terms, m, state);
   Holder<V> a = no_holder<V>();
   for (std::size_t j = 0; j < terms.surface_count; ++j) {
     const Surface<T>& surface = terms.surfaces[j];
     const V number(static_cast<T>(j));
-    const Touch<V> end = touch<V, arithmetic, surroundings>(surface, m.x1);
+    const Touch<V> end = touch<V, arithmetic, mix>(surface, m.x1);
     const Mask<V> is_deeper = lanes & (end.s < a.s);
     if (!any_lane<V>(is_deeper)) continue;
     const auto candidate = candidates.of(j, end.s, zero);
@@ -349,7 +349,7 @@ void hold(const Terms<Scalar<V>>& terms, Trajectory<V>& m, Course<V, arithmetic,
                a);
   }
   const Mask<V> is_held = a.number >= zero;
-  auto& held = course.held;
+  auto& held = state.supports;
   held.a = select<V>(lanes, a.number, held.a);
   held.b = select<V>(lanes, none, held.b);
   held.c = select<V>(lanes, none, held.c);
@@ -357,28 +357,28 @@ void hold(const Terms<Scalar<V>>& terms, Trajectory<V>& m, Course<V, arithmetic,
 
   const bool moves = is_any && terms.moves;
   Against<V> moved;
-  if (moves) moved = against_one<V, arithmetic>(terms, a, m, course.t);
+  if (moves) moved = against_one<V, arithmetic>(terms, a, m, state.t);
   const auto against = [&]() -> const Trajectory<V>& { return moves ? moved.m : m; };
-  HeldEnd<V> end = held_by_one<V, arithmetic>(a, against(), course.direction);
-  if constexpr (is_any) watch(terms, course, end.x, is_held);
-  const Holder<V> b = deepest<V, arithmetic, form, surroundings>(terms, candidates, m.x1, held, &a, end.x, is_held);
+  HeldEnd<V> end = held_by_one<V, arithmetic>(a, against(), state.direction);
+  if constexpr (is_any) watch(terms, state, end.x, is_held);
+  const Holder<V> b = deepest<V, arithmetic, form, mix>(terms, candidates, m.x1, held, &a, end.x, is_held);
   const Mask<V> has_b = b.number >= zero;
   if (any_lane<V>(has_b)) {
-    if (moves) moved = select(has_b, against_two<V, arithmetic>(terms, a, b, m, course.t), moved);
-    end = select(has_b, held_by_two<V, arithmetic>(a, b, against(), course.direction), end);
+    if (moves) moved = select(has_b, against_two<V, arithmetic>(terms, a, b, m, state.t), moved);
+    end = select(has_b, held_by_two<V, arithmetic>(a, b, against(), state.direction), end);
     held.b = select<V>(has_b, b.number, held.b);
-    if constexpr (is_any) watch(terms, course, end.x, has_b);
-    const Holder<V> c = deepest<V, arithmetic, form, surroundings>(terms, candidates, m.x1, held, nullptr, end.x, has_b);
+    if constexpr (is_any) watch(terms, state, end.x, has_b);
+    const Holder<V> c = deepest<V, arithmetic, form, mix>(terms, candidates, m.x1, held, nullptr, end.x, has_b);
     const Mask<V> has_c = c.number >= zero;
     if (any_lane<V>(has_c)) {
-      end = select(has_c, held_by_three<V, arithmetic>(a, b, c, against(), course.direction), end);
+      end = select(has_c, held_by_three<V, arithmetic>(a, b, c, against(), state.direction), end);
       held.c = select<V>(has_c, c.number, held.c);
     }
   }
   // Friction brakes all through the step.
   const V kept = kept_by_friction(end.slide, end.hold, square_root(dot<arithmetic>(end.v, end.v)));
   const Three<V> rubbed = kept * end.v;
-  end.x = multiply_add<arithmetic>(V(T(0.5)) * course.t, rubbed - end.v, end.x);
+  end.x = multiply_add<arithmetic>(V(T(0.5)) * state.t, rubbed - end.v, end.x);
   end.v = rubbed;
   if constexpr (is_any) {
     const Mask<V> slides = is_held & (held.b < zero) & (kept != V(T(1)));
@@ -386,9 +386,9 @@ void hold(const Terms<Scalar<V>>& terms, Trajectory<V>& m, Course<V, arithmetic,
   }
 
   // Rounding alone must not make a resting particle creep.
-  const V motion = magnitude(course.t) * one_norm(end.v0 + end.v);
+  const V motion = magnitude(state.t) * one_norm(end.v0 + end.v);
   Mask<V> rests = motion < V(std::numeric_limits<T>::epsilon() / 4) * candidates.end_size;
-  if (is_any && course.leaving != nullptr) rests = rests & !course.leaving->lanes;
+  if (is_any && state.leaving != nullptr) rests = rests & !state.leaving->lanes;
   const V sunk = select<V>(held.b < zero, a.s0, zero);
   end.x = select(rests, subtract_product<arithmetic>(against().x0, sunk, a.n), end.x);
   if (moves) end.x = select(rests & has_b & is_carried(terms, a), onto_both<V, arithmetic>(a, b, against().x0), end.x);

@@ -5,7 +5,7 @@
 #include <cstddef>
 #include <limits>
 
-#include "contact/pass/course_reference.hpp"
+#include "contact/pass/impact_state_reference.hpp"
 
 namespace dvdx::reference {
 
@@ -18,7 +18,7 @@ T kept_by_friction(T slide, T hold, T length) noexcept {
 
 template <class T>
 struct Holder {
-  std::size_t number = Held<T>::none;
+  std::size_t number = Supports<T>::none;
   T s = 0, s0 = 0, mu = 0, hold = 0;
   Vector<T> n{};
   Vector<T> x0{}, v0{};  // the start as the surface sees it
@@ -37,14 +37,14 @@ Holder<T> holder_of(std::size_t number, const Surface<T>& surface, T s, T s0, co
 // s1: the distance at the end, as it is held up to now; part: of the step, in which what leaves must be back; s0 becomes the
 // distance at the start.
 template <Arithmetic arithmetic, PathForm form, class T>
-bool may_hold(const Surface<T>& surface, T s1, T part, const Particle<T>& p, const Course<arithmetic, form, T>& course,
+bool may_hold(const Surface<T>& surface, T s1, T part, const Particle<T>& p, const ImpactState<arithmetic, form, T>& state,
               bool is_last, T& s0) noexcept {
   constexpr T eps = std::numeric_limits<T>::epsilon();
   const Touch<T> start = touch<arithmetic>(surface, p.x0);
   const T low = 4 * low_bounce * eps * one_norm(p.x0);
   const T roundings = surface.movement == Movement::rest ? 2 : 8;
   const T near = roundings * eps * ((one_norm(p.x0) + one_norm(p.x1)) + (surface.radius + surface.radius));
-  const T d0 = course.t * dot<arithmetic>(start.n, p.v0);
+  const T d0 = state.t * dot<arithmetic>(start.n, p.v0);
   const T c = s1 - d0;
   const bool has_hit = is_last && has_pulses(surface);
   s0 = start.s;
@@ -151,23 +151,23 @@ Against<T> against_two(const Terms<T>& terms, const Holder<T>& a, const Holder<T
 }
 
 template <Arithmetic arithmetic, PathForm form, class T>
-Holder<T> deepest(const Terms<T>& terms, const Particle<T>& p, const Course<arithmetic, form, T>& course,
+Holder<T> deepest(const Terms<T>& terms, const Particle<T>& p, const ImpactState<arithmetic, form, T>& state,
                   const Holder<T>* first, const Vector<T>& x) noexcept {
   Holder<T> found;
   T depth = -2 * std::numeric_limits<T>::epsilon() * one_norm(p.x1);
   for (std::size_t j = 0; j < terms.surface_count; ++j) {
     const Surface<T>& surface = terms.surfaces[j];
     const T s = touch<arithmetic>(surface, x).s;
-    if (!(s < depth) || course.held.has(j)) continue;
+    if (!(s < depth) || state.supports.has(j)) continue;
     const Touch<T> end = touch<arithmetic>(surface, p.x1);
-    const Particle<T> seen = seen_from<arithmetic>(surface, p, course.t);
+    const Particle<T> seen = seen_from<arithmetic>(surface, p, state.t);
     T s0 = 0;
     T part = 0;
     if (first != nullptr && surface.e == 0) {
       const T over = 1 - dot<arithmetic>(first->n, end.n);
       part = over < 1 ? over : T(1);
     }
-    if (!may_hold(surface, s, part, seen, course, course.last == j, s0)) continue;
+    if (!may_hold(surface, s, part, seen, state, state.last == j, s0)) continue;
     depth = s;
     found = holder_of<arithmetic>(j, surface, end.s, s0, end.n, p, seen);
   }
@@ -200,11 +200,11 @@ HeldEnd<T> held_by_three(const Holder<T>& a, const Holder<T>& b, const Holder<T>
 // Records each holder's effect on the particle, which ends at p: along its normal, and of the friction as much as it presses.
 template <Arithmetic arithmetic, PathForm form, class T>
 void record_hold(const std::array<const Holder<T>*, 3>& holders, const HeldEnd<T>& end, const Vector<T>& friction,
-                 const Particle<T>& p, const Course<arithmetic, form, T>& course) noexcept {
-  const Vector<T>& dv = course.held.dv;
+                 const Particle<T>& p, const ImpactState<arithmetic, form, T>& state) noexcept {
+  const Vector<T>& dv = state.supports.dv;
   std::array<T, 3> removed = end.removed;
-  if (holders[2]->number != Held<T>::none && removed == std::array<T, 3>{}) {
-    removed = multiples(holders[0]->n, holders[1]->n, holders[2]->n, scaled_by(course.direction, dv));
+  if (holders[2]->number != Supports<T>::none && removed == std::array<T, 3>{}) {
+    removed = multiples(holders[0]->n, holders[1]->n, holders[2]->n, scaled_by(state.direction, dv));
   }
   std::size_t main = 0;
   while (main < 2 && !(removed[main] > 0)) ++main;
@@ -215,7 +215,7 @@ void record_hold(const std::array<const Holder<T>*, 3>& holders, const HeldEnd<T
     if (k == main || !(removed[k] > 0)) continue;
     const T part = end.slide > 0 ? (holders[k]->mu * removed[k]) / end.slide : T(0);
     for (std::size_t axis = 0; axis < 3; ++axis) {
-      shares[k][axis] = (course.direction * removed[k]) * holders[k]->n[axis] + part * friction[axis];
+      shares[k][axis] = (state.direction * removed[k]) * holders[k]->n[axis] + part * friction[axis];
       shares[main][axis] = shares[main][axis] - shares[k][axis];
     }
   }
@@ -223,13 +223,13 @@ void record_hold(const std::array<const Holder<T>*, 3>& holders, const HeldEnd<T
   Vector<T> grown{1, 1, 1};
   if constexpr (form == PathForm::flow) {
     for (std::size_t axis = 0; axis < 3; ++axis) {
-      if (course.end.P1[axis] != 0) grown[axis] = course.left / course.end.P1[axis];
+      if (state.end.P1[axis] != 0) grown[axis] = state.left / state.end.P1[axis];
     }
   }
-  course.recording->begin_hold(p.x0, p.x1, course.t);
+  state.recording->begin_hold(p.x0, p.x1, state.t);
   for (std::size_t k = 0; k < 3; ++k) {
     if (shares[k] == Vector<T>{}) continue;
-    course.recording->hold(holders[k]->number, {grown[0] * shares[k][0], grown[1] * shares[k][1], grown[2] * shares[k][2]});
+    state.recording->hold(holders[k]->number, {grown[0] * shares[k][0], grown[1] * shares[k][1], grown[2] * shares[k][2]});
   }
 }
 
@@ -262,34 +262,34 @@ void follow(const Surface<T>& surface, HeldEnd<T>& end) noexcept {
 }
 
 template <Arithmetic arithmetic, PathForm form, class T>
-void hold(const Terms<T>& terms, Particle<T>& p, Course<arithmetic, form, T>& course) noexcept {
-  constexpr std::size_t none = Held<T>::none;
+void hold(const Terms<T>& terms, Particle<T>& p, ImpactState<arithmetic, form, T>& state) noexcept {
+  constexpr std::size_t none = Supports<T>::none;
   Holder<T> a;
   for (std::size_t j = 0; j < terms.surface_count; ++j) {
     const Surface<T>& surface = terms.surfaces[j];
     const Touch<T> end = touch<arithmetic>(surface, p.x1);
     if (!(end.s < a.s)) continue;
-    const Particle<T> seen = seen_from<arithmetic>(surface, p, course.t);
+    const Particle<T> seen = seen_from<arithmetic>(surface, p, state.t);
     T s0 = 0;
-    if (!may_hold(surface, end.s, T(0), seen, course, course.last == j, s0)) continue;
+    if (!may_hold(surface, end.s, T(0), seen, state, state.last == j, s0)) continue;
     a = holder_of<arithmetic>(j, surface, end.s, s0, end.n, p, seen);
   }
-  auto& held = course.held;
+  auto& held = state.supports;
   held.a = a.number;
   held.b = held.c = none;
   if (a.number == none) return;
 
   Holder<T> b, c;
   Against<T> against = against_one(terms, a, p);
-  HeldEnd<T> end = held_by_one<arithmetic>(a, against.p, course.direction);
-  b = deepest(terms, p, course, &a, end.x);
+  HeldEnd<T> end = held_by_one<arithmetic>(a, against.p, state.direction);
+  b = deepest(terms, p, state, &a, end.x);
   if (b.number != none) {
-    against = against_two<arithmetic>(terms, a, b, p, course.t);
-    end = held_by_two<arithmetic>(a, b, against.p, course.direction);
+    against = against_two<arithmetic>(terms, a, b, p, state.t);
+    end = held_by_two<arithmetic>(a, b, against.p, state.direction);
     held.b = b.number;
-    c = deepest<arithmetic, form, T>(terms, p, course, nullptr, end.x);
+    c = deepest<arithmetic, form, T>(terms, p, state, nullptr, end.x);
     if (c.number != none) {
-      end = held_by_three<arithmetic>(a, b, c, against.p, course.direction);
+      end = held_by_three<arithmetic>(a, b, c, against.p, state.direction);
       held.c = c.number;
     }
   }
@@ -298,12 +298,12 @@ void hold(const Terms<T>& terms, Particle<T>& p, Course<arithmetic, form, T>& co
   for (std::size_t k = 0; k < 3; ++k) {
     const T rubbed = kept * end.v[k];
     friction[k] = rubbed - end.v[k];
-    end.x[k] = multiply_add<arithmetic>(T(0.5) * course.t, friction[k], end.x[k]);
+    end.x[k] = multiply_add<arithmetic>(T(0.5) * state.t, friction[k], end.x[k]);
     end.v[k] = rubbed;
   }
   if (held.b == none && kept != 1) follow<arithmetic>(terms.surfaces[a.number], end);
-  const T motion = std::abs(course.t) * one_norm(sum_of(end.v0, end.v));
-  if (course.leaving == nullptr && motion < std::numeric_limits<T>::epsilon() / 4 * one_norm(p.x1)) {
+  const T motion = std::abs(state.t) * one_norm(sum_of(end.v0, end.v));
+  if (state.leaving == nullptr && motion < std::numeric_limits<T>::epsilon() / 4 * one_norm(p.x1)) {
     const T sunk = held.b == none ? a.s0 : T(0);
     for (std::size_t k = 0; k < 3; ++k) end.x[k] = subtract_product<arithmetic>(against.p.x0[k], sunk, a.n[k]);
     const bool is_carried = terms.surfaces[a.number].movement != Movement::rest;
@@ -321,7 +321,7 @@ void hold(const Terms<T>& terms, Particle<T>& p, Course<arithmetic, form, T>& co
   p.x1 = end.x;
   p.v1 = end.v;
   p.v0 = end.v0;
-  if (course.recording != nullptr) record_hold({&a, &b, &c}, end, friction, p, course);
+  if (state.recording != nullptr) record_hold({&a, &b, &c}, end, friction, p, state);
 }
 
 }  // namespace dvdx::reference

@@ -32,7 +32,7 @@ bool stands_on(const Surface<T>& surface, const Vector<T>& x, T s) noexcept {
 // The surface that P presses most below `most`, of those that stand still with the particle at x and go by V there.
 template <Arithmetic arithmetic, class T>
 Holder<T> most_pressed(const Terms<T>& terms, const Vector<T>& x, const Vector<T>& V, const Vector<T>& v, const Vector<T>& P,
-                       const Held<T>& held, T most, std::uint32_t& stands) noexcept {
+                       const Supports<T>& held, T most, std::uint32_t& stands) noexcept {
   Holder<T> found;
   for (std::size_t j = 0; j < terms.surface_count; ++j) {
     const Surface<T>& surface = terms.surfaces[j];
@@ -52,9 +52,9 @@ Holder<T> most_pressed(const Terms<T>& terms, const Vector<T>& x, const Vector<T
 template <Arithmetic arithmetic, class T>
 std::uint32_t carried_by(const Terms<T>& terms, const Vector<T>& x, const Vector<T>& V, const Vector<T>& P,
                          Asked asked) noexcept {
-  constexpr std::size_t none = Held<T>::none;
+  constexpr std::size_t none = Supports<T>::none;
   std::uint32_t stands = no_surface;
-  Held<T> held;
+  Supports<T> held;
   const Holder<T> a = most_pressed<arithmetic>(terms, x, V, P, P, held, T(0), stands);
   if (asked == Asked::stands) return stands;
   if (a.number == none) return no_surface;

@@ -4,7 +4,7 @@
 #include <cstddef>
 #include <limits>
 
-#include "contact/pass/course.inl.hpp"
+#include "contact/pass/impact_state.inl.hpp"
 
 namespace dvdx {
 namespace {
@@ -75,10 +75,10 @@ class PlanePath {
   using T = Scalar<V>;
 
  public:
-  PlanePath(const Surface<T>& surface, const Trajectory<V>& m, const Course<V, arithmetic, PathForm::flow>& course, V s0,
+  PlanePath(const Surface<T>& surface, const Trajectory<V>& m, const ImpactState<V, arithmetic, PathForm::flow>& state, V s0,
             const Slip<V>& slip) noexcept
-      : course_(course),
-        path_(flow_path<V, arithmetic>(m, course)),
+      : state_(state),
+        path_(flow_path<V, arithmetic>(m, state)),
         n_(three<V>(surface.n)),
         s0_(s0),
         slips_(slip.is_there),
@@ -86,8 +86,8 @@ class PlanePath {
         q_(dot<arithmetic>(n_, slip.q)) {}
 
   [[nodiscard]] Gap<V> operator()(V f) const noexcept {
-    const Responses<V> P = (*course_.bending)(f * course_.left);
-    const Gap<V> gap{s0_ + dot<arithmetic>(n_, path_.way(P)), course_.left * dot<arithmetic>(n_, path_.rate(P))};
+    const Responses<V> P = (*state_.bending)(f * state_.left);
+    const Gap<V> gap{s0_ + dot<arithmetic>(n_, path_.way(P)), state_.left * dot<arithmetic>(n_, path_.rate(P))};
     if (!slips_) return gap;
     return {multiply_add<arithmetic>(f, multiply_add<arithmetic>(f, q_, l_), gap.s),
             multiply_add<arithmetic>(f + f, q_, gap.slope + l_)};
@@ -96,9 +96,9 @@ class PlanePath {
   [[nodiscard]] Lowest<V> lowest(V f, int steps) const noexcept {
     const V zero(T(0));
     const V one(T(1));
-    const auto& [w, q] = std::pair(course_.bending->w, course_.bending->q);
+    const auto& [w, q] = std::pair(state_.bending->w, state_.bending->q);
     for (int step = 0; step < steps; ++step) {
-      const Responses<V> P = (*course_.bending)(f * course_.left);
+      const Responses<V> P = (*state_.bending)(f * state_.left);
       Three<V> second;
       for (std::size_t k = 0; k < 3; ++k) {
         const V pull = multiply_add<arithmetic>(q[k], P.P0[k], w[k] * P.P1[k]);
@@ -106,10 +106,10 @@ class PlanePath {
       }
       if (path_.drive != nullptr) second = second + driven<V, arithmetic>(*path_.drive, P.P1, P.P2, P.P3);
       V slope = dot<arithmetic>(n_, path_.rate(P));
-      V bend = course_.left * dot<arithmetic>(n_, second);
+      V bend = state_.left * dot<arithmetic>(n_, second);
       if (slips_) {
-        slope = multiply_add<arithmetic>(course_.left, slope, multiply_add<arithmetic>(f + f, q_, l_));
-        bend = multiply_add<arithmetic>(course_.left, bend, q_ + q_);
+        slope = multiply_add<arithmetic>(state_.left, slope, multiply_add<arithmetic>(f + f, q_, l_));
+        bend = multiply_add<arithmetic>(state_.left, bend, q_ + q_);
       }
       const V next = f - quotient<V>(slope, bend);
       f = select<V>((next > zero) & (next < one), next, f);
@@ -118,7 +118,7 @@ class PlanePath {
   }
 
  private:
-  const Course<V, arithmetic, PathForm::flow>& course_;
+  const ImpactState<V, arithmetic, PathForm::flow>& state_;
   FlowPath<V, arithmetic> path_;
   Three<V> n_;
   V s0_;
@@ -129,7 +129,7 @@ class PlanePath {
 // m: as the surface sees it; own: as it is.
 template <class V, Arithmetic arithmetic, PathForm form>
 Crossing<V> cross_plane(const Terms<Scalar<V>>& terms, const Surface<Scalar<V>>& surface, const Trajectory<V>& m,
-                        [[maybe_unused]] const Trajectory<V>& own, const Course<V, arithmetic, form>& course, Mask<V> held,
+                        [[maybe_unused]] const Trajectory<V>& own, const ImpactState<V, arithmetic, form>& state, Mask<V> held,
                         V low) noexcept {
   using T = Scalar<V>;
   const V zero(T(0));
@@ -137,7 +137,7 @@ Crossing<V> cross_plane(const Terms<Scalar<V>>& terms, const Surface<Scalar<V>>&
   const V start = touch<V, arithmetic>(surface, m.x0).s;
   const V s0 = select<V>(held | (start < zero), zero, start);
   const V s1 = touch<V, arithmetic>(surface, m.x1).s;
-  const V d0 = surface.sweep == ContactPath::line ? s1 - s0 : course.t * dot<arithmetic>(three<V>(surface.n), m.v0);
+  const V d0 = surface.sweep == ContactPath::line ? s1 - s0 : state.t * dot<arithmetic>(three<V>(surface.n), m.v0);
   const V c = (s1 - s0) - d0;
   const V disc = discriminant<V, arithmetic>(s0, d0, c);
   V f = first_root(s0, d0, c, disc);
@@ -149,11 +149,11 @@ Crossing<V> cross_plane(const Terms<Scalar<V>>& terms, const Surface<Scalar<V>>&
   } else {
     f = select<V>(f < one, f, one);
     if (surface.sweep == ContactPath::line) return {f, hits & !kept};
-    const PlanePath<V, arithmetic> path(surface, own, course, s0, slip_of(surface, own, m, course.t));
+    const PlanePath<V, arithmetic> path(surface, own, state, s0, slip_of(surface, own, m, state.t));
     V end = one;
     if (surface.finds_dips) {
       const Mask<V> may_dip =
-          course.active & (!kept) & (!hits) & (d0 < zero) & (multiply_add<arithmetic>(V(terms.bend.corner), d0, s0) < zero);
+          state.active & (!kept) & (!hits) & (d0 < zero) & (multiply_add<arithmetic>(V(terms.bend.corner), d0, s0) < zero);
       if (any_lane<V>(may_dip)) {
         const Lowest<V> lowest = path.lowest(quotient<V>(negative(d0), c + c), terms.bend.newton_steps);
         const Mask<V> dips = may_dip & (lowest.s < zero);
@@ -165,7 +165,7 @@ Crossing<V> cross_plane(const Terms<Scalar<V>>& terms, const Surface<Scalar<V>>&
         hits = hits | dips;
       }
     }
-    hits = course.active & hits & !kept;
+    hits = state.active & hits & !kept;
     if (any_lane<V>(hits)) f = refined(path, f, end, terms.bend.newton_steps, terms.bend.is_far, V(T(-1)));
     return {f, hits};
   }
@@ -173,7 +173,7 @@ Crossing<V> cross_plane(const Terms<Scalar<V>>& terms, const Surface<Scalar<V>>&
 
 // A path as a surface sees it. Where forces bend it, `way` has its curvature at its start, and `bent` and `slip` are the path.
 template <class V, Arithmetic arithmetic>
-struct Way {
+struct SeenPath {
   Path<V> way;
   bool is_flow;
   FlowPath<V, arithmetic> bent;
@@ -181,20 +181,20 @@ struct Way {
 };
 
 template <class V, Arithmetic arithmetic, PathForm form>
-[[gnu::always_inline]] inline Way<V, arithmetic> way_of(const Surface<Scalar<V>>& surface, const Trajectory<V>& m,
-                                                        [[maybe_unused]] const Trajectory<V>& own,
-                                                        const Course<V, arithmetic, form>& course) noexcept {
-  Way<V, arithmetic> way;
-  way.way = path(surface, m, course.t);
+[[gnu::always_inline]] inline SeenPath<V, arithmetic> seen_path_of(const Surface<Scalar<V>>& surface, const Trajectory<V>& m,
+                                                                   [[maybe_unused]] const Trajectory<V>& own,
+                                                                   const ImpactState<V, arithmetic, form>& state) noexcept {
+  SeenPath<V, arithmetic> way;
+  way.way = path(surface, m, state.t);
   way.is_flow = form == PathForm::flow && surface.sweep == ContactPath::curve;
   if constexpr (form == PathForm::flow) {
-    way.bent = flow_path<V, arithmetic>(own, course);
-    way.slip = slip_of(surface, own, m, course.t);
+    way.bent = flow_path<V, arithmetic>(own, state);
+    way.slip = slip_of(surface, own, m, state.t);
     if (!way.is_flow || !surface.finds_dips) return way;
-    const V half_square = V(Scalar<V>(0.5)) * (course.left * course.left);
+    const V half_square = V(Scalar<V>(0.5)) * (state.left * state.left);
     for (std::size_t axis = 0; axis < 3; ++axis) {
       V& a = way.way.a[axis];
-      a = half_square * subtract_product<arithmetic>(way.bent.F[axis], course.bending->q[axis], way.bent.u[axis]);
+      a = half_square * subtract_product<arithmetic>(way.bent.F[axis], state.bending->q[axis], way.bent.u[axis]);
       if (way.slip.is_there) a = a + way.slip.q[axis];
     }
   }
@@ -216,11 +216,11 @@ struct SphereFlow {
   const Three<V>& r0;
   const FlowPath<V, arithmetic>& path;
   const Slip<V>& slip;
-  const Course<V, arithmetic, PathForm::flow>& course;
+  const ImpactState<V, arithmetic, PathForm::flow>& state;
   void operator()(V f, Three<V>& r, Three<V>& tangent) const noexcept {
-    const Responses<V> P = (*course.bending)(f * course.left);
+    const Responses<V> P = (*state.bending)(f * state.left);
     r = r0 + path.way(P);
-    tangent = course.left * path.rate(P);
+    tangent = state.left * path.rate(P);
     if (!slip.is_there) return;
     r = multiply_add<arithmetic>(f, multiply_add<arithmetic>(f, slip.q, slip.l), r);
     tangent = multiply_add<arithmetic>(f + f, slip.q, tangent + slip.l);
@@ -268,13 +268,14 @@ V at_surface(const Surface<Scalar<V>>& surface, const Trajectory<V>& own, const 
 
 template <class V, Arithmetic arithmetic, PathForm form>
 Crossing<V> cross_sphere(const Terms<Scalar<V>>& terms, const Surface<Scalar<V>>& surface, const Trajectory<V>& m,
-                         const Trajectory<V>& own, const Course<V, arithmetic, form>& course, Mask<V> held, V low) noexcept {
+                         const Trajectory<V>& own, const ImpactState<V, arithmetic, form>& state, Mask<V> held,
+                         V low) noexcept {
   using T = Scalar<V>;
   const V zero(T(0));
   const V one(T(1));
   const V k(surface.half_curvature);
   const V square(surface.radius * surface.radius);
-  const auto bend = way_of<V, arithmetic, form>(surface, m, own, course);
+  const auto bend = seen_path_of<V, arithmetic, form>(surface, m, own, state);
   const Path<V>& way = bend.way;
   const Three<V> r0 = m.x0 - three<V>(surface.center);
   const Three<V> r1 = m.x1 - three<V>(surface.center);
@@ -298,7 +299,7 @@ Crossing<V> cross_sphere(const Terms<Scalar<V>>& terms, const Surface<Scalar<V>>
   if constexpr (form == PathForm::flow) {
     if (bend.is_flow) {
       const int steps = terms.bend.is_far ? 3 * newton_steps : newton_steps;
-      end = newton_to_sphere<V, arithmetic>(surface, SphereFlow<V, arithmetic>{r0, bend.bent, bend.slip, course}, f, steps,
+      end = newton_to_sphere<V, arithmetic>(surface, SphereFlow<V, arithmetic>{r0, bend.bent, bend.slip, state}, f, steps,
                                             terms.bend.is_far && !surface.finds_dips);
     } else {
       end = newton_to_sphere<V, arithmetic>(surface, SphereCurve<V, arithmetic>{r0, way}, f, newton_steps, false);
@@ -314,12 +315,12 @@ Crossing<V> cross_sphere(const Terms<Scalar<V>>& terms, const Surface<Scalar<V>>
 // The crossing of a body with a signed distance.
 template <class V, Arithmetic arithmetic, PathForm form>
 [[gnu::noinline]] Crossing<V> cross_solid(const Surface<Scalar<V>>& surface, const Trajectory<V>& m,
-                                          [[maybe_unused]] const Trajectory<V>& own, const Course<V, arithmetic, form>& course,
-                                          Mask<V> held, V low) noexcept {
+                                          [[maybe_unused]] const Trajectory<V>& own,
+                                          const ImpactState<V, arithmetic, form>& state, Mask<V> held, V low) noexcept {
   using T = Scalar<V>;
   const V zero(T(0));
   const V one(T(1));
-  const auto bend = way_of<V, arithmetic, form>(surface, m, own, course);
+  const auto bend = seen_path_of<V, arithmetic, form>(surface, m, own, state);
   const Path<V>& way = bend.way;
   const Touch<V> start = touch<V, arithmetic>(surface, m.x0);
   const V s0 = select<V>(held | (start.s < at_surface(surface, own, m.x0)), zero, start.s);
@@ -330,14 +331,14 @@ template <class V, Arithmetic arithmetic, PathForm form>
   const Mask<V> kept = held & stays(surface, d0, c, low);
   const Approach<V> found =
       surface.shape == Shape::mesh
-          ? march<V, arithmetic>(surface, m.x0, way.u, way.a, {start.n, select<V>(held, zero, start.s)}, course.active & !kept)
-          : approach<V, arithmetic>(surface, m.x0, way.u, way.a, {start.n, s0}, tolerance, course.active & !kept);
+          ? march<V, arithmetic>(surface, m.x0, way.u, way.a, {start.n, select<V>(held, zero, start.s)}, state.active & !kept)
+          : approach<V, arithmetic>(surface, m.x0, way.u, way.a, {start.n, s0}, tolerance, state.active & !kept);
   const V secant = first_root(s0, d0, c, discriminant<V, arithmetic>(s0, d0, c));
   V f = select<V>(found.arrives, found.f, select<V>(secant < one, secant, one));
   Mask<V> hits = (s1 < zero) | found.arrives;
   if constexpr (form == PathForm::flow) {
-    if (bend.is_flow && any_lane<V>(course.active & hits & !kept)) {
-      const SphereFlow<V, arithmetic> along_it{m.x0, bend.bent, bend.slip, course};
+    if (bend.is_flow && any_lane<V>(state.active & hits & !kept)) {
+      const SphereFlow<V, arithmetic> along_it{m.x0, bend.bent, bend.slip, state};
       const auto gap = [&](V at) {
         Three<V> x, tangent;
         along_it(at, x, tangent);
@@ -355,21 +356,21 @@ template <class V, Arithmetic arithmetic, PathForm form>
 
 template <class V, Arithmetic arithmetic, PathForm form>
 Crossing<V> cross(const Terms<Scalar<V>>& terms, const Surface<Scalar<V>>& surface, const Trajectory<V>& m,
-                  const Course<V, arithmetic, form>& course, Mask<V> held, V low) noexcept {
+                  const ImpactState<V, arithmetic, form>& state, Mask<V> held, V low) noexcept {
   Trajectory<V> room;
-  const Trajectory<V>& seen = seen_from<V, arithmetic>(surface, m, course.t, room);
+  const Trajectory<V>& seen = seen_from<V, arithmetic>(surface, m, state.t, room);
   switch (surface.shape) {
     case Shape::plane:
-      return cross_plane<V, arithmetic, form>(terms, surface, seen, m, course, held, low);
+      return cross_plane<V, arithmetic, form>(terms, surface, seen, m, state, held, low);
     case Shape::sphere:
-      return cross_sphere<V, arithmetic, form>(terms, surface, seen, m, course, held, low);
+      return cross_sphere<V, arithmetic, form>(terms, surface, seen, m, state, held, low);
     case Shape::capsule:
     case Shape::box:
     case Shape::convex:
     case Shape::mesh:
       break;
   }
-  return cross_solid<V, arithmetic, form>(surface, seen, m, course, held, low);
+  return cross_solid<V, arithmetic, form>(surface, seen, m, state, held, low);
 }
 
 }  // namespace

@@ -6,7 +6,7 @@
 #include <limits>
 #include <optional>
 
-#include "contact/pass/course_reference.hpp"
+#include "contact/pass/impact_state_reference.hpp"
 
 namespace dvdx::reference {
 
@@ -51,10 +51,10 @@ struct Lowest {
 template <Arithmetic arithmetic, class T>
 class PlanePath {
  public:
-  PlanePath(const Surface<T>& surface, const Particle<T>& p, const Course<arithmetic, PathForm::flow, T>& course, T s0,
+  PlanePath(const Surface<T>& surface, const Particle<T>& p, const ImpactState<arithmetic, PathForm::flow, T>& state, T s0,
             const Slip<T>& slip) noexcept
-      : course_(course),
-        path_(flow_path(p, course)),
+      : state_(state),
+        path_(flow_path(p, state)),
         n_(surface.n),
         s0_(s0),
         slips_(slip.is_there),
@@ -62,8 +62,8 @@ class PlanePath {
         q_(dot<arithmetic>(n_, slip.q)) {}
 
   [[nodiscard]] Gap<T> operator()(T f) const noexcept {
-    const Responses<T> P = (*course_.bending)(f * course_.left);
-    const Gap<T> gap{s0_ + dot<arithmetic>(n_, path_.way(P)), course_.left * dot<arithmetic>(n_, path_.rate(P))};
+    const Responses<T> P = (*state_.bending)(f * state_.left);
+    const Gap<T> gap{s0_ + dot<arithmetic>(n_, path_.way(P)), state_.left * dot<arithmetic>(n_, path_.rate(P))};
     if (!slips_) return gap;
     return {multiply_add<arithmetic>(f, multiply_add<arithmetic>(f, q_, l_), gap.s),
             multiply_add<arithmetic>(f + f, q_, gap.slope + l_)};
@@ -71,18 +71,18 @@ class PlanePath {
 
   [[nodiscard]] Lowest<T> lowest(T f, int steps) const noexcept {
     for (int step = 0; step < steps; ++step) {
-      const Responses<T> P = (*course_.bending)(f * course_.left);
+      const Responses<T> P = (*state_.bending)(f * state_.left);
       Vector<T> second;
       for (std::size_t k = 0; k < 3; ++k) {
-        const T pull = multiply_add<arithmetic>(course_.bending->q[k], P.P0[k], course_.bending->w[k] * P.P1[k]);
+        const T pull = multiply_add<arithmetic>(state_.bending->q[k], P.P0[k], state_.bending->w[k] * P.P1[k]);
         second[k] = subtract_product<arithmetic>(path_.F[k] * P.P0[k], path_.u[k], pull);
       }
       if (path_.drive != nullptr) second = sum_of(second, driven<arithmetic>(*path_.drive, P.P1, P.P2, P.P3));
       T slope = dot<arithmetic>(n_, path_.rate(P));
-      T bend = course_.left * dot<arithmetic>(n_, second);
+      T bend = state_.left * dot<arithmetic>(n_, second);
       if (slips_) {
-        slope = multiply_add<arithmetic>(course_.left, slope, multiply_add<arithmetic>(f + f, q_, l_));
-        bend = multiply_add<arithmetic>(course_.left, bend, q_ + q_);
+        slope = multiply_add<arithmetic>(state_.left, slope, multiply_add<arithmetic>(f + f, q_, l_));
+        bend = multiply_add<arithmetic>(state_.left, bend, q_ + q_);
       }
       const T next = f - slope / bend;
       if (next > 0 && next < 1) f = next;
@@ -91,7 +91,7 @@ class PlanePath {
   }
 
  private:
-  const Course<arithmetic, PathForm::flow, T>& course_;
+  const ImpactState<arithmetic, PathForm::flow, T>& state_;
   FlowPath<arithmetic, T> path_;
   Vector<T> n_;
   T s0_;
@@ -102,11 +102,11 @@ class PlanePath {
 // p: as the surface sees it; own: as it is.
 template <Arithmetic arithmetic, PathForm form, class T>
 std::optional<T> cross_plane(const Terms<T>& terms, const Surface<T>& surface, const Particle<T>& p, const Particle<T>& own,
-                             const Course<arithmetic, form, T>& course, bool is_held, T low) noexcept {
+                             const ImpactState<arithmetic, form, T>& state, bool is_held, T low) noexcept {
   T s0 = touch<arithmetic>(surface, p.x0).s;
   if (is_held || s0 < 0) s0 = 0;
   const T s1 = touch<arithmetic>(surface, p.x1).s;
-  const T d0 = surface.sweep == ContactPath::line ? s1 - s0 : course.t * dot<arithmetic>(surface.n, p.v0);
+  const T d0 = surface.sweep == ContactPath::line ? s1 - s0 : state.t * dot<arithmetic>(surface.n, p.v0);
   const T c = (s1 - s0) - d0;
   const T disc = discriminant<arithmetic>(s0, d0, c);
   if (is_held && (surface.response == Response::end_on_surface || d0 <= 0 || d0 * d0 <= -(low * c))) return std::nullopt;
@@ -119,7 +119,7 @@ std::optional<T> cross_plane(const Terms<T>& terms, const Surface<T>& surface, c
     T f = first_root(s0, d0, c, disc);
     if (!(f < 1)) f = 1;
     if (surface.sweep == ContactPath::line) return s1 < 0 ? std::optional<T>(f) : std::nullopt;
-    const PlanePath<arithmetic, T> path(surface, own, course, s0, slip_of(surface, own, p, course.t));
+    const PlanePath<arithmetic, T> path(surface, own, state, s0, slip_of(surface, own, p, state.t));
     T end = 1;
     if (!(s1 < 0)) {
       if (!(surface.finds_dips && d0 < 0 && multiply_add<arithmetic>(terms.bend.corner, d0, s0) < 0)) return std::nullopt;
@@ -136,7 +136,7 @@ std::optional<T> cross_plane(const Terms<T>& terms, const Surface<T>& surface, c
 
 // A path as a surface sees it. Where forces bend it, `way` has its curvature at its start, and `bent` and `slip` are the path.
 template <Arithmetic arithmetic, class T>
-struct Way {
+struct SeenPath {
   Path<T> way;
   bool is_flow;
   FlowPath<arithmetic, T> bent;
@@ -144,19 +144,19 @@ struct Way {
 };
 
 template <Arithmetic arithmetic, PathForm form, class T>
-Way<arithmetic, T> way_of(const Surface<T>& surface, const Particle<T>& p, [[maybe_unused]] const Particle<T>& own,
-                          const Course<arithmetic, form, T>& course) noexcept {
-  Way<arithmetic, T> way;
-  way.way = path(surface, p, course.t);
+SeenPath<arithmetic, T> seen_path_of(const Surface<T>& surface, const Particle<T>& p, [[maybe_unused]] const Particle<T>& own,
+                                     const ImpactState<arithmetic, form, T>& state) noexcept {
+  SeenPath<arithmetic, T> way;
+  way.way = path(surface, p, state.t);
   way.is_flow = form == PathForm::flow && surface.sweep == ContactPath::curve;
   if constexpr (form == PathForm::flow) {
-    way.bent = flow_path(own, course);
-    way.slip = slip_of(surface, own, p, course.t);
+    way.bent = flow_path(own, state);
+    way.slip = slip_of(surface, own, p, state.t);
     if (!way.is_flow || !surface.finds_dips) return way;
-    const T half_square = T(0.5) * (course.left * course.left);
+    const T half_square = T(0.5) * (state.left * state.left);
     for (std::size_t axis = 0; axis < 3; ++axis) {
       T& a = way.way.a[axis];
-      a = half_square * subtract_product<arithmetic>(way.bent.F[axis], course.bending->q[axis], way.bent.u[axis]);
+      a = half_square * subtract_product<arithmetic>(way.bent.F[axis], state.bending->q[axis], way.bent.u[axis]);
       if (way.slip.is_there) a = a + way.slip.q[axis];
     }
   }
@@ -165,15 +165,15 @@ Way<arithmetic, T> way_of(const Surface<T>& surface, const Particle<T>& p, [[may
 
 // To the part `at` of a path that forces bend, from `start`.
 template <Arithmetic arithmetic, PathForm form, class T>
-void go_along(const Vector<T>& start, const Way<arithmetic, T>& bend, const Course<arithmetic, form, T>& course, T at,
+void go_along(const Vector<T>& start, const SeenPath<arithmetic, T>& bend, const ImpactState<arithmetic, form, T>& state, T at,
               Vector<T>& x, Vector<T>& tangent) noexcept {
-  const Responses<T> P = (*course.bending)(at * course.left);
+  const Responses<T> P = (*state.bending)(at * state.left);
   const Vector<T> passed = bend.bent.way(P);
   const Vector<T> rate = bend.bent.rate(P);
   const Slip<T>& slip = bend.slip;
   for (std::size_t axis = 0; axis < 3; ++axis) {
     x[axis] = start[axis] + passed[axis];
-    tangent[axis] = course.left * rate[axis];
+    tangent[axis] = state.left * rate[axis];
     if (!slip.is_there) continue;
     x[axis] = multiply_add<arithmetic>(at, multiply_add<arithmetic>(at, slip.q[axis], slip.l[axis]), x[axis]);
     tangent[axis] = multiply_add<arithmetic>(at + at, slip.q[axis], tangent[axis] + slip.l[axis]);
@@ -217,10 +217,10 @@ T at_surface(const Surface<T>& surface, const Particle<T>& own, const Vector<T>&
 
 template <Arithmetic arithmetic, PathForm form, class T>
 std::optional<T> cross_sphere(const Terms<T>& terms, const Surface<T>& surface, const Particle<T>& p, const Particle<T>& own,
-                              const Course<arithmetic, form, T>& course, bool is_held, T low) noexcept {
+                              const ImpactState<arithmetic, form, T>& state, bool is_held, T low) noexcept {
   const T k = surface.half_curvature;
   const T square = surface.radius * surface.radius;
-  const Way<arithmetic, T> bend = way_of(surface, p, own, course);
+  const SeenPath<arithmetic, T> bend = seen_path_of(surface, p, own, state);
   const Path<T>& way = bend.way;
   const Vector<T> r0 = difference(p.x0, surface.center);
   const Vector<T> r1 = difference(p.x1, surface.center);
@@ -246,7 +246,7 @@ std::optional<T> cross_sphere(const Terms<T>& terms, const Surface<T>& surface, 
   };
   SphereEnd<T> end;
   if (bend.is_flow) {
-    const auto on_flow = [&](T at, Vector<T>& r, Vector<T>& tangent) { go_along(r0, bend, course, at, r, tangent); };
+    const auto on_flow = [&](T at, Vector<T>& r, Vector<T>& tangent) { go_along(r0, bend, state, at, r, tangent); };
     const int steps = terms.bend.is_far ? 3 * newton_steps : newton_steps;
     end = newton_to_sphere<arithmetic>(surface, on_flow, f, steps, terms.bend.is_far && !surface.finds_dips);
   } else {
@@ -260,8 +260,8 @@ std::optional<T> cross_sphere(const Terms<T>& terms, const Surface<T>& surface, 
 
 template <Arithmetic arithmetic, PathForm form, class T>
 std::optional<T> cross_solid(const Surface<T>& surface, const Particle<T>& p, const Particle<T>& own,
-                             const Course<arithmetic, form, T>& course, bool is_held, T low) noexcept {
-  const Way<arithmetic, T> bend = way_of(surface, p, own, course);
+                             const ImpactState<arithmetic, form, T>& state, bool is_held, T low) noexcept {
+  const SeenPath<arithmetic, T> bend = seen_path_of(surface, p, own, state);
   const Path<T>& way = bend.way;
   const Touch<T> start = touch<arithmetic>(surface, p.x0);
   const T s0 = is_held || start.s < at_surface(surface, own, p.x0) ? T(0) : start.s;
@@ -280,7 +280,7 @@ std::optional<T> cross_solid(const Surface<T>& surface, const Particle<T>& p, co
   if constexpr (form == PathForm::flow) {
     const auto gap = [&](T at) {
       Vector<T> x, tangent;
-      go_along(p.x0, bend, course, at, x, tangent);
+      go_along(p.x0, bend, state, at, x, tangent);
       const Touch<T> there = touch<arithmetic>(surface, x);
       return Gap<T>{there.s, dot<arithmetic>(there.n, tangent)};
     };

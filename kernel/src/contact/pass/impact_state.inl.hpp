@@ -50,11 +50,11 @@ template <class V, Arithmetic arithmetic>
 }
 
 // The surroundings of lanes: for planes at rest, all of them looked at, the loops over surfaces call nothing and test nothing.
-enum class Surroundings { any, planes };
+enum class SurfaceMix { any, planes };
 
-template <class V, Arithmetic arithmetic, Surroundings surroundings>
+template <class V, Arithmetic arithmetic, SurfaceMix mix>
 [[gnu::always_inline]] inline Touch<V> touch(const Surface<Scalar<V>>& surface, const Three<V>& x) noexcept {
-  if constexpr (surroundings == Surroundings::planes) {
+  if constexpr (mix == SurfaceMix::planes) {
     return touch_plane<V, arithmetic>(surface, x);
   } else {
     return touch<V, arithmetic>(surface, x);
@@ -77,13 +77,13 @@ Path<V> path(const Surface<Scalar<V>>& surface, const Trajectory<V>& m, V t) noe
 // The numbers of the surfaces that hold lanes for the rest of their step, -1 where there are fewer than three, and what they
 // changed at its end.
 template <class V>
-struct Held {
+struct Supports {
   V a, b, c;
   Three<V> dx, dv;
 };
 
 template <class V>
-Held<V> not_held() noexcept {
+Supports<V> no_supports() noexcept {
   const V none(Scalar<V>(-1));
   const V zero(Scalar<V>(0));
   return {none, none, none, three<V>(zero), three<V>(zero)};
@@ -107,18 +107,18 @@ struct Leaving {
 
 // Lanes during one step. `last` is the number of the surface that was hit last, `t` what remains of the step.
 template <class V, Arithmetic arithmetic, PathForm form>
-struct Course {
+struct ImpactState {
   V direction, t, last;
   Mask<V> active, loose;  // loose: near a surface, and did not hit it
-  Held<V> held;
+  Supports<V> supports;
   Mask<V> strayed = Mask<V>(false);     // out of the region where the list of surfaces holds
   const Leaving<V>* leaving = nullptr;  // null: none leaves a surface inside which it starts
 };
 template <class V, Arithmetic arithmetic>
-struct Course<V, arithmetic, PathForm::flow> {
+struct ImpactState<V, arithmetic, PathForm::flow> {
   V direction, t, last;
   Mask<V> active, loose;
-  Held<V> held;
+  Supports<V> supports;
   const Bending<V, arithmetic>* bending;
   V h, left;         // the whole step, s, and the part of it that remains
   Responses<V> end;  // those of what remains
@@ -128,14 +128,14 @@ struct Course<V, arithmetic, PathForm::flow> {
 };
 
 // Lanes at x that are out of the region where the list of surfaces holds are worked out again.
-template <class V, class AnyCourse>
-void watch(const Terms<Scalar<V>>& terms, AnyCourse& course, const Three<V>& x, Mask<V> lanes) noexcept {
+template <class V, class AnyImpactState>
+void watch(const Terms<Scalar<V>>& terms, AnyImpactState& state, const Three<V>& x, Mask<V> lanes) noexcept {
   if (terms.whole == nullptr) return;
   Mask<V> is_within(true);
   for (std::size_t k = 0; k < 3; ++k) {
     is_within = is_within & (x[k] >= V(terms.region.low[k])) & (x[k] <= V(terms.region.high[k]));
   }
-  course.strayed = course.strayed | (lanes & !is_within);
+  state.strayed = state.strayed | (lanes & !is_within);
 }
 
 // D1 P + D2 P' + D3 P'': what forces of time add to a path or a velocity.
@@ -177,11 +177,11 @@ V inverse(V P) noexcept {
 }
 
 template <class V, Arithmetic arithmetic>
-FlowPath<V, arithmetic> flow_path(const Trajectory<V>& m, const Course<V, arithmetic, PathForm::flow>& course) noexcept {
-  FlowPath<V, arithmetic> path{course.h * m.v0, {}, course.bending->is_driven() ? &course.drive : nullptr};
-  const auto& P = course.end;
+FlowPath<V, arithmetic> flow_path(const Trajectory<V>& m, const ImpactState<V, arithmetic, PathForm::flow>& state) noexcept {
+  FlowPath<V, arithmetic> path{state.h * m.v0, {}, state.bending->is_driven() ? &state.drive : nullptr};
+  const auto& P = state.end;
   Three<V> way = m.x1 - m.x0;
-  if (path.drive != nullptr) way = way - driven<V, arithmetic>(course.drive, P.P3, P.P4, P.P5);
+  if (path.drive != nullptr) way = way - driven<V, arithmetic>(state.drive, P.P3, P.P4, P.P5);
   for (std::size_t k = 0; k < 3; ++k) {
     path.F[k] = subtract_product<arithmetic>(way[k], path.u[k], P.P1[k]) * inverse(P.P2[k]);
   }

@@ -28,12 +28,12 @@ Mask<V> are_same_bits(const Trajectory<V>& m) noexcept {
 }
 
 template <class V>
-class Still {
+class Dormant {
   using T = Scalar<V>;
 
  public:
   // Looks for none where steps differ, as surfaces move or forces depend on time, and where contacts are told: what lies presses.
-  Still(const Block<T>& particles, const Terms<T>& terms, const Steps<T>& steps) noexcept
+  Dormant(const Block<T>& particles, const Terms<T>& terms, const Steps<T>& steps) noexcept
       : looks_(steps.count > 1 && steps.offsets_per_step == 0 && !terms.moves && particles.log == nullptr &&
                particles.count <= max_block) {}
 

@@ -1,4 +1,4 @@
-// Where surfaces lie and how a path goes on from impact to impact, scalar: written by hand beside course.inl.hpp.
+// Where surfaces lie and how a path goes on from impact to impact, scalar: written by hand beside impact_state.inl.hpp.
 #pragma once
 
 #include <array>
@@ -59,7 +59,7 @@ Path<T> path(const Surface<T>& surface, const Particle<T>& p, T t) noexcept {
 
 // The surfaces that hold a particle for the rest of its step, and what they changed at its end.
 template <class T>
-struct Held {
+struct Supports {
   static constexpr std::size_t none = static_cast<std::size_t>(-1);
   std::size_t a = none, b = none, c = none;
   Vector<T> dx{}, dv{};
@@ -71,7 +71,7 @@ struct Held {
 // velocity before.
 template <class T>
 struct Pressed {
-  std::size_t by = Held<T>::none;
+  std::size_t by = Supports<T>::none;
   T removed = 0;
   Vector<T> v{};
 };
@@ -85,10 +85,10 @@ struct Leaving {
 
 // The rest of a particle's step.
 template <Arithmetic arithmetic, PathForm form, class T>
-struct Course {
+struct ImpactState {
   T direction, t;
   std::size_t last;  // the surface hit last, or the count of surfaces
-  Held<T> held{};
+  Supports<T> supports{};
   Pressed<T> pressed{};
   const Bending<arithmetic, T>* bending = nullptr;
   T h = 0, left = 1;
@@ -136,16 +136,16 @@ T inverse(T P) noexcept {
 }
 
 template <Arithmetic arithmetic, class T>
-FlowPath<arithmetic, T> flow_path(const Particle<T>& p, const Course<arithmetic, PathForm::flow, T>& course) noexcept {
+FlowPath<arithmetic, T> flow_path(const Particle<T>& p, const ImpactState<arithmetic, PathForm::flow, T>& state) noexcept {
   FlowPath<arithmetic, T> path;
-  const auto& P = course.end;
+  const auto& P = state.end;
   Vector<T> way = difference(p.x1, p.x0);
-  if (course.bending->is_driven()) {
-    path.drive = &course.drive;
-    way = difference(way, driven<arithmetic>(course.drive, P.P3, P.P4, P.P5));
+  if (state.bending->is_driven()) {
+    path.drive = &state.drive;
+    way = difference(way, driven<arithmetic>(state.drive, P.P3, P.P4, P.P5));
   }
   for (std::size_t k = 0; k < 3; ++k) {
-    path.u[k] = course.h * p.v0[k];
+    path.u[k] = state.h * p.v0[k];
     path.F[k] = subtract_product<arithmetic>(way[k], path.u[k], P.P1[k]) * inverse(P.P2[k]);
   }
   return path;
