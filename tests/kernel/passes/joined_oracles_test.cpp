@@ -1,5 +1,5 @@
 // The closed-form answers of tests/oracles for particles that are joined, on every instruction set, in float32 and float64, in
-// separate and in contracted arithmetic. How each scheme does with them is in network_test.cpp.
+// separate and in contracted arithmetic. How each scheme does with them is in network_closed_form_test.cpp.
 #include <doctest/doctest.h>
 
 #include <array>

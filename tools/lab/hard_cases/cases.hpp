@@ -8,7 +8,9 @@
 namespace dvdx::tool::stability {
 
 [[nodiscard]] std::vector<Case> linear_cases();   // single particles under linear forces
-[[nodiscard]] std::vector<Case> contact_cases();  // impacts, rest, friction
+[[nodiscard]] std::vector<Case> drag_cases();     // coefficients, damping, forces of time
+[[nodiscard]] std::vector<Case> contact_cases();  // rest, corners, friction
+[[nodiscard]] std::vector<Case> bounce_cases();   // what impacts leave, and when they are
 [[nodiscard]] std::vector<Case> network_cases();  // springs between particles
 [[nodiscard]] std::vector<Case> heat_cases();     // sheets that crumple
 [[nodiscard]] std::vector<Case> damping_cases();  // along springs

@@ -16,7 +16,6 @@
 namespace dvdx::tool::stability {
 namespace {
 
-constexpr double hz60 = 1.0 / 60;
 constexpr double infinite = std::numeric_limits<double>::infinity();
 constexpr double not_a_number = std::numeric_limits<double>::quiet_NaN();
 

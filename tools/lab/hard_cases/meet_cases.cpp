@@ -15,7 +15,6 @@
 namespace dvdx::tool::stability {
 namespace {
 
-constexpr double hz60 = 1.0 / 60;
 constexpr double cell = 0.01;  // m
 constexpr int seeds = 3;
 

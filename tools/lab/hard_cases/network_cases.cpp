@@ -18,7 +18,6 @@
 namespace dvdx::tool::stability {
 namespace {
 
-constexpr double hz60 = 1.0 / 60;
 constexpr double not_a_number = std::numeric_limits<double>::quiet_NaN();
 
 const Coupling leapfrog{};

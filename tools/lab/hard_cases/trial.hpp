@@ -20,6 +20,8 @@
 
 namespace dvdx::tool::stability {
 
+inline constexpr double hz60 = 1.0 / 60;  // s, the step of most trials
+
 struct Start {
   Vec3 x{};  // m
   Vec3 v{};  // m/s
