@@ -219,26 +219,4 @@ TEST_CASE("split: of a grid and particles that nothing joins, behind it, parts h
   }
 }
 
-TEST_CASE("split: of sheets side by side that are swept each part has whole ones") {
-  const Sheet all{100, 30};
-  Scene scene;
-  scene.mass = 0.01;
-  scene.add(Constant{.acceleration = {0, -9.81, 0}});
-  for (std::size_t n = 0; n < 5; ++n) {
-    Grid grid{.rows = 20, .columns = 30, .edge_u = {2.9, 0, 0}, .edge_v = {0, 0, 1.9}, .structural = 300};
-    grid.first = n * 600;
-    if (n == 3) grid.broken = {{1805, 1806}};
-    scene.networks.emplace_back(grid);
-  }
-  scene.coupling.scheme = Scheme::sequential;
-  scene.coupling.lines = Lines::none;
-  scene.coupling.substeps = 2;
-  scene.fixed = {0, 600, 1200, 1800, 2429};
-  const Options options{.step = 1.0 / 60, .isa = best_isa()};
-  NetworkLimit limit;
-  const auto whole = whole_hash(all, scene, options, &limit);
-  CHECK(tellings_of_sweeps(scene, all.count()) == 0);
-  for (const std::uint32_t parts : {1U, 2U, 3U, 5U}) CHECK(hash_in_parts(all, scene, options, limit, parts) == whole);
-}
-
 }  // namespace parts::sweeps_test

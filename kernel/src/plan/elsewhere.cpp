@@ -117,7 +117,7 @@ SpringsAre springs_of_part(const Scene& scene, const SweptPart* sweeps, bool is_
 
 std::optional<Error> check_sweeps(const Scene& scene, const PartContext& elsewhere, std::optional<std::size_t> count) {
   const bool is_swept = scene.coupling.scheme == Scheme::sequential && !scene.networks.empty();
-  const bool is_sheet = is_swept && count && SteppedGrid(scene, *count, SteppedGrid::Sheets::stacked_too).get() != nullptr;
+  const bool is_sheet = is_swept && count && SteppedGrid(scene, *count, elsewhere).get() != nullptr;
   const SweptPart* const sweeps = elsewhere.sweeps;
   if (is_swept && elsewhere.exchange.start != nullptr &&
       solves_lines(scene.coupling, springs_of_part(scene, sweeps, is_sheet))) {

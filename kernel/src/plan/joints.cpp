@@ -156,40 +156,42 @@ SubstepRule::SubstepRule(const Coupling& coupling, bool is_isolated)
 
 template <class T>
 Joints<T>::Joints(const Scene& scene, const Options& options, std::span<const Vec3> start)
-    : Joints(scene, options, start, nullptr, Changed::springs) {}
+    : Joints(scene, options, start, nullptr, Changed::springs,
+             JoinedScene(scene, start, constrained_pairs(scene), options.elsewhere)) {}
 
 template <class T>
 Joints<T>::Joints(const Scene& scene, const Options& options, std::span<const Vec3> start, const Joints& kept, Changed changed)
-    : Joints(scene, options, start, &kept, changed) {}
+    : Joints(scene, options, start, &kept, changed,
+             JoinedScene(scene, start, constrained_pairs(scene), options.elsewhere, kept.topology)) {}
 
 template <class T>
-Joints<T>::Joints(const Scene& scene, const Options& options, std::span<const Vec3> start, const Joints* kept, Changed changed)
+Joints<T>::Joints(const Scene& scene, const Options& options, std::span<const Vec3> start, const Joints* kept, Changed changed,
+                  const JoinedScene& joined)
     : coupling(scene.coupling),
       step(options.step),
       longest_step(options.longest_step),
       w_of(inverse_masses(scene, start.size())),
       splitting(!scene.networks.empty() ? dvdx::splitting(coupling) : Splitting{.a = {1.0}, .b = {}, .beta = {}}),
+      topology(joined.topology),
+      order(topology->order()),
+      is_stack_(topology->walk() == Walk::stack),
+      list_sheet_(topology->list_sheet()),
       memory_(options.memory),
       columns_(options.memory) {
-  const bool may_stack = options.elsewhere.exchange.start == nullptr || coupling.scheme == Scheme::sequential;
-  const SteppedGrid stepped(scene, particles(), may_stack ? SteppedGrid::Sheets::stacked_too : SteppedGrid::Sheets::one);
-  const Grid* const grid = stepped.get();
-  is_stack_ = stepped.is_stack();
-  const std::vector<JoinedPair> pairs = grid == nullptr ? joined_pairs(scene, start) : std::vector<JoinedPair>{};
+  const Grid* const grid = joined.stepped.get();
+  const std::vector<JoinedPair>& pairs = joined.pairs;
   springs = grid != nullptr ? count_grid_springs(scene) : pairs.size();
   is_damped_ = grid != nullptr ? grid->damping != 0 && springs != 0 : is_any_damped(pairs);
   is_damped_ = is_damped_ || options.elsewhere.springs_damp;
-  keeps_order_ = options.elsewhere.exchange.start != nullptr;
   rho_of_whole_ = options.elsewhere.rho;
   if (coupling.scheme == Scheme::sequential) sweeps_ = options.elsewhere.sweeps;
   closes_in_whole_ = options.elsewhere.closes_substeps;
   std::optional<SweptNet> net;
   choose(scene, pairs, start, kept, changed, net);
-  make_order(scene, pairs, grid, kept);
   if (is_generalized_alpha(coupling)) order_fingerprint = order.fingerprint();
   make_fixed(scene, start);
   make_inverse_masses();
-  make_form(pairs, start, stepped);
+  make_form(pairs, start, joined.stepped);
   choose_line_forces(scene, start, net);
   make_telling_order(options.elsewhere.exchange);
   if (meets_air(scene)) air = std::make_unique<Air<T>>(scene, grid, w_of, order, options.memory);
@@ -208,7 +210,7 @@ Joints<T>::Joints(const Scene& scene, const Options& options, std::span<const Ve
 template <class T>
 void Joints<T>::choose(const Scene& scene, std::span<const JoinedPair> pairs, std::span<const Vec3> start, const Joints* kept,
                        Changed changed, std::optional<SweptNet>& net) {
-  const bool is_grid = is_stack_ || only_grid(scene, particles()) != nullptr;
+  const bool is_grid = is_stack_ || topology->one_grid(scene) != nullptr;
   fastest_turn_ = fastest_turn_of(scene);
   meeting_rate_ = meeting_rate(scene, start);
   rods_rate_ = scene.constraints.empty() ? 0 : swept_rods_rate(scene, start, w_of);
@@ -255,21 +257,21 @@ double Joints<T>::turning(const Scene& scene, std::span<const Vec3> start, const
 
 template <class T>
 SweptNet Joints<T>::swept_net(const Scene& scene, std::span<const Vec3> start) const {
-  const Grid* const sheet = only_grid(scene, particles());
+  const Grid* const sheet = topology->one_grid(scene);
   return sheet != nullptr ? SweptNet(scene, *sheet) : SweptNet(scene, joined_pairs(scene, start), w_of, start);
 }
 
 template <class T>
 Frequencies Joints<T>::find(const Scene& scene, std::span<const Vec3> start) const {
   std::optional<HighestRates> of_grids;
-  if (is_stack_ || only_grid(scene, particles()) != nullptr) of_grids = rate_bounds_of_grids(scene, w_of).most;
+  if (is_stack_ || topology->one_grid(scene) != nullptr) of_grids = rate_bounds_of_grids(scene, w_of).most;
   return frequencies(joined_pairs(scene, start), of_grids, w_of, start);
 }
 
 namespace {
 
-bool hangs_free(const Scene& scene, std::size_t particles) {
-  return only_grid(scene, particles) != nullptr && scene.contacts.empty();
+bool hangs_free(const Scene& scene, const Topology& topology) {
+  return topology.one_grid(scene) != nullptr && scene.contacts.empty();
 }
 
 }  // namespace
@@ -277,7 +279,7 @@ bool hangs_free(const Scene& scene, std::size_t particles) {
 template <class T>
 NetworkLimit Joints<T>::limit(const Scene& scene, std::span<const Vec3> start) const {
   const Frequencies of = found_ ? *found_ : find(scene, start);
-  NetworkLimit limit = limit_of(rule, of, step, chosen.substeps, hangs_free(scene, particles())).limit;
+  NetworkLimit limit = limit_of(rule, of, step, chosen.substeps, hangs_free(scene, *topology)).limit;
   limit.rho = chosen.rho;
   limit.scheme = coupling.scheme;
   if (coupling.scheme == Scheme::sequential) {
@@ -320,37 +322,6 @@ std::optional<NetworkLimit> limit_of_sheet(const Scene& scene, double step, cons
   if (is_sequential) limit.estimate = net->estimate(coupling, highest.frequency, even(std::abs(step) / chosen.substeps));
   limit.choice = choice;
   return limit;
-}
-
-template <class T>
-void Joints<T>::make_order(const Scene& scene, std::span<const JoinedPair> pairs, const Grid* grid, const Joints* kept) {
-  neighbours_ = grid_neighbours(scene);
-  if (grid != nullptr) {
-    const std::size_t phases = coupling.scheme != Scheme::sequential ? 1 : (grid->bend != 0 ? 4 : 2);
-    order = rows_order(grid->rows, grid->columns, phases);
-    return;
-  }
-  const bool is_sequential = coupling.scheme == Scheme::sequential;
-  if (kept != nullptr && !kept->is_stack_ && kept->neighbours_ == neighbours_) {
-    order = kept->order;
-    list_sheet_ = kept->list_sheet_;
-    return;
-  }
-  if (is_sequential && sweeps_ == nullptr) list_sheet_ = list_sheet(scene, pairs, particles());
-  if (sweeps_ != nullptr && sweeps_->columns != 0) list_sheet_ = told_sheet(*sweeps_, particles());
-  if (list_sheet_) {
-    order = rows_order(list_sheet_->rows, list_sheet_->columns, list_sheet_->phases(), list_sheet_->place);
-    return;
-  }
-  std::vector<JoinedPair> near(pairs.begin(), pairs.end());
-  for (const JoinedPair& pair : constrained_pairs(scene)) near.push_back(pair);
-  if (sweeps_ != nullptr) {
-    order = part_order(sweeps_->piece_ends, particles());
-  } else if (keeps_order_) {
-    order = own_order(particles());
-  } else {
-    order = is_sequential ? pieces_order(near, particles()) : graph_order(near, particles());
-  }
 }
 
 template <class T>
@@ -799,7 +770,7 @@ std::optional<Error> Joints<T>::refusal(const Scene& scene, std::span<const Vec3
   const std::string field = "coupling.substeps";
   const auto limited = [&] {
     if (!found_) found_ = find(scene, start);
-    return limit_of(rule, *found_, step, chosen.substeps, hangs_free(scene, particles()));
+    return limit_of(rule, *found_, step, chosen.substeps, hangs_free(scene, *topology));
   };
   if (chosen.substeps > most_substeps && chosen.pace == Pace::uneven && std::abs(step) > *longest_step) {
     const double longest = std::abs(chosen.longest);

@@ -22,7 +22,7 @@
 #include "springs/sweep/colours_in_place.hpp"
 #include "springs/sweep/strands_in_place.hpp"
 #include "stability/sweep_error.hpp"
-#include "topology/particle_order.hpp"
+#include "topology/topology.hpp"
 #include "work/columns.hpp"
 
 namespace dvdx {
@@ -113,7 +113,8 @@ class Joints {
   SubstepRule rule;
   RateBounds rates;
   Substeps chosen;
-  ParticleOrder order;
+  std::shared_ptr<const Topology> topology;
+  const ParticleOrder& order;
   std::uint64_t order_fingerprint = 0;  // of generalized alpha, whose accelerations stand in that order from step to step
   std::vector<FixedParticle> fixed;     // and kinematic ones, by element
   const T* w = nullptr;                 // the working column of inverse masses
@@ -167,14 +168,14 @@ class Joints {
   [[nodiscard]] bool set_zero_length(const Scene& scene, std::size_t network, const Scalars& before) noexcept;
 
  private:
-  Joints(const Scene& scene, const Options& options, std::span<const Vec3> start, const Joints* kept, Changed changed);
+  Joints(const Scene& scene, const Options& options, std::span<const Vec3> start, const Joints* kept, Changed changed,
+         const JoinedScene& joined);
 
   // net: left as it is, or the scene's where the sub-steps take it.
   void choose(const Scene& scene, std::span<const JoinedPair> pairs, std::span<const Vec3> start, const Joints* kept,
               Changed changed, std::optional<SweptNet>& net);
   void choose_line_forces(const Scene& scene, std::span<const Vec3> start, const std::optional<SweptNet>& net);
   [[nodiscard]] double turning(const Scene& scene, std::span<const Vec3> start, const std::optional<SweptNet>& net) const;
-  void make_order(const Scene& scene, std::span<const JoinedPair> pairs, const Grid* grid, const Joints* kept);
   void make_fixed(const Scene& scene, std::span<const Vec3> start);
   void make_inverse_masses();
   void make_form(std::span<const JoinedPair> pairs, std::span<const Vec3> start, const SteppedGrid& stepped);
@@ -208,12 +209,10 @@ class Joints {
 
   bool is_damped_ = false;
   bool has_tethers_ = false;
-  bool is_stack_ = false;                   // of several sheets, stepped as one
-  std::vector<std::ptrdiff_t> neighbours_;  // grid_neighbours(), from which the order follows
-  bool keeps_order_ = false;                // of a part of a larger scene
+  bool is_stack_ = false;  // of several sheets, stepped as one
   std::optional<double> rho_of_whole_;
   const SweptPart* sweeps_ = nullptr;
-  std::optional<ListSheet> list_sheet_;  // of a list in sweeps that is one
+  const std::optional<ListSheet>& list_sheet_;  // of a list in sweeps that is one
   bool closes_in_whole_ = false;
   double fastest_turn_ = 0;  // rad/s, of the surfaces that follow a motion
   double rods_rate_ = 0;     // 1/m: swept_rods_rate

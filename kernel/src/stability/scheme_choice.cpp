@@ -4,6 +4,7 @@
 
 #include "scene/particle_values.hpp"
 #include "springs/network_forms.hpp"
+#include "topology/topology.hpp"
 
 namespace dvdx {
 namespace {
@@ -75,11 +76,9 @@ SchemeChoice take_scheme(Scene& scene, double step, std::span<const Vec3> start)
   }
   const std::vector<JoinedPair> pairs = joined_pairs(scene, start);
   Joined joined{.particles = start.size(), .springs = pairs.size(), .is_damped = is_any_damped(pairs)};
-  if (SteppedGrid(scene, start.size(), SteppedGrid::Sheets::stacked_too).is_stack()) {
-    joined.lie = joined.swept = SpringsLie::as_sheet;
-  } else if (list_sheet(scene, pairs, start.size())) {
-    joined.swept = SpringsLie::as_sheet;
-  }
+  const Walk swept = swept_walk(scene, pairs, start.size());
+  if (swept == Walk::stack) joined.lie = SpringsLie::as_sheet;
+  if (swept != Walk::pieces) joined.swept = SpringsLie::as_sheet;
   return take_scheme(scene.coupling, step, rate_bounds(pairs, w).most, SweptNet(scene, pairs, w, start), joined);
 }
 

@@ -13,6 +13,7 @@
 #include "math/vec3.hpp"
 #include "springs/network_forms.hpp"
 #include "springs/sweep/sweep_scheme.hpp"
+#include "topology/topology.hpp"
 
 // Sweeps that begin with no forces solve, of springs in fixed directions, with lambda the forces times T = t^2,
 //   C + lambda/(k T) + E lambda = 0   in place of   C + lambda/(k T) = 0,     A = 1/(k T) + L^T W L,   E = A_l D^-1 A_l^T:

@@ -185,11 +185,4 @@ bool are_ropes(std::span<const JoinedPair> springs, std::size_t count) {
   return true;
 }
 
-SpringsAre springs_are(const Scene& scene, std::span<const JoinedPair> springs, std::size_t count) {
-  const bool are_in_rows = are_ropes(springs, count) ||
-                           SteppedGrid(scene, count, SteppedGrid::Sheets::stacked_too).get() != nullptr ||
-                           list_sheet(scene, springs, count).has_value();
-  return are_in_rows ? SpringsAre::in_rows : SpringsAre::any;
-}
-
 }  // namespace dvdx

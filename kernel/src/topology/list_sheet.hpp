@@ -38,7 +38,6 @@ struct ListSheet {
 enum class SpringsAre : std::uint8_t { in_rows, any };  // in_rows: ropes and sheets (Lines::rows)
 // Whether no particle has more than two. Springs that are torn count: what tears changes no line of others.
 [[nodiscard]] bool are_ropes(std::span<const JoinedPair> springs, std::size_t count);
-[[nodiscard]] SpringsAre springs_are(const Scene& scene, std::span<const JoinedPair> springs, std::size_t count);
 
 // The sheet that a part is told its `count` particles stand in; sweeps.columns is not 0.
 [[nodiscard]] ListSheet told_sheet(const SweptPart& sweeps, std::size_t count) noexcept;

@@ -345,6 +345,8 @@ const Grid* only_grid(const Scene& scene, std::size_t count) {
   return grid != nullptr && grid->rows * grid->columns == count ? grid : nullptr;
 }
 
+namespace {
+
 std::optional<SheetStack> stacked_grids(const Scene& scene, std::size_t count) {
   if (scene.networks.size() < 2 || !std::holds_alternative<Grid>(scene.networks[0])) return std::nullopt;
   const auto& first = std::get<Grid>(scene.networks[0]);
@@ -368,8 +370,6 @@ std::optional<SheetStack> stacked_grids(const Scene& scene, std::size_t count) {
   return SheetStack{std::move(stack), first.rows};
 }
 
-namespace {
-
 Grid torn_at_seams(const SheetStack& stack) {
   Grid torn = stack.grid;
   const std::vector<GridDirection> directions = directions_of(torn);
@@ -390,10 +390,11 @@ Grid torn_at_seams(const SheetStack& stack) {
 
 }  // namespace
 
-SteppedGrid::SteppedGrid(const Scene& scene, std::size_t count, Sheets sheets) {
+SteppedGrid::SteppedGrid(const Scene& scene, std::size_t count, const PartContext& elsewhere) {
   if (scene.coupling.scheme == Scheme::accumulate) return;
+  const bool may_stack = elsewhere.exchange.start == nullptr || scene.coupling.scheme == Scheme::sequential;
   own_ = only_grid(scene, count);
-  if (own_ == nullptr && sheets == Sheets::stacked_too) stack_ = stacked_grids(scene, count);
+  if (own_ == nullptr && may_stack) stack_ = stacked_grids(scene, count);
   if (stack_) torn_ = torn_at_seams(*stack_);
 }
 
@@ -434,6 +435,7 @@ ParticleOrder rows_order(std::size_t rows, std::size_t columns, std::size_t phas
 }
 
 ParticleOrder graph_order(std::span<const JoinedPair> springs, std::size_t count) {
+  if (springs.empty()) return own_order(count);
   ParticleOrder order;
   order.size = filled(count);
   std::vector<std::uint32_t> own(count);

@@ -8,6 +8,7 @@
 #include <span>
 #include <vector>
 
+#include "dvdx/elsewhere.hpp"
 #include "dvdx/scene.hpp"
 
 namespace dvdx {
@@ -67,13 +68,13 @@ struct SheetStack {
   Grid grid;
   std::size_t sheet_rows;
 };
-std::optional<SheetStack> stacked_grids(const Scene& scene, std::size_t count);
 // The one sheet that a scene is stepped as, if it is: its own, or a stack of its sheets.
 class SteppedGrid {
  public:
-  enum class Sheets { one, stacked_too };
-  SteppedGrid(const Scene& scene, std::size_t count, Sheets sheets);
+  // elsewhere: what a part is told of the whole. One that keeps its order steps a stack's springs as a list, but for sweeps.
+  SteppedGrid(const Scene& scene, std::size_t count, const PartContext& elsewhere = {});
   [[nodiscard]] bool is_stack() const noexcept { return stack_.has_value(); }
+  [[nodiscard]] const Grid* own() const noexcept { return own_; }  // or null
   // Or null. The springs from one sheet to the next are torn.
   [[nodiscard]] const Grid* get() const noexcept { return stack_ ? &torn_ : own_; }
   // Where there is one: it knows nothing of the seams, which are each so many rows apart.

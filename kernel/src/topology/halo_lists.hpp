@@ -1,0 +1,64 @@
+// What a part and others hold of each other.
+#pragma once
+
+#include <algorithm>
+#include <cstddef>
+#include <cstdint>
+#include <map>
+#include <utility>
+#include <vector>
+
+#include "dvdx/partition.hpp"
+#include "topology/whole.hpp"
+
+namespace dvdx {
+
+// In numbers of the whole.
+struct Told {
+  std::vector<std::uint32_t> sent, received;
+};
+using ToldByPart = std::map<std::uint32_t, Told>;
+
+// A sheet's rows that a part owns, side by side; owner_of: of a row.
+struct OwnRows {
+  std::uint64_t first = 0, end = 0;
+};
+template <class OwnerOf>
+void hold_rows(const Grid& grid, const OwnRows& own, const OwnerOf& owner_of, const RowsHeld& depth, ToldByPart& told) {
+  const auto add = [&](std::vector<std::uint32_t>& list, std::uint64_t from_row, std::uint64_t to_row) {
+    for (std::uint64_t i = from_row * grid.columns; i < to_row * grid.columns; ++i) {
+      list.push_back(static_cast<std::uint32_t>(i));
+    }
+  };
+  if (own.first != 0) {
+    Told& above = told[owner_of(own.first - 1)];
+    add(above.sent, own.first, std::min(own.end, own.first + depth.below));
+    add(above.received, own.first - depth.above, own.first);
+  }
+  if (own.end != grid.rows) {
+    Told& below = told[owner_of(own.end)];
+    add(below.sent, own.end - depth.above, own.end);
+    add(below.received, own.end, std::min<std::uint64_t>(grid.rows, own.end + depth.below));
+  }
+}
+
+// place_of: in the part, of a number of the whole.
+template <class PlaceOf>
+void add_neighbours(ToldByPart& told, const PlaceOf& place_of, Part& part) {
+  const auto in_part = [&](std::vector<std::uint32_t>& numbers) {
+    std::sort(numbers.begin(), numbers.end());
+    numbers.erase(std::unique(numbers.begin(), numbers.end()), numbers.end());
+    for (std::uint32_t& number : numbers) number = place_of(number);
+    return std::move(numbers);
+  };
+  part.is_told.resize(part.particles.size());
+  for (auto& [other, lists] : told) {
+    part.neighbours.push_back({other, in_part(lists.sent), in_part(lists.received)});
+    for (const std::uint32_t i : part.neighbours.back().sent) part.is_told[i] = 1;
+  }
+}
+
+// By the others. Counts the part's springs too.
+[[nodiscard]] ToldByPart told_to(const Owned& whole, std::uint32_t part, Part& made);
+
+}  // namespace dvdx
