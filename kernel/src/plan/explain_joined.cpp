@@ -6,7 +6,6 @@
 #include <cstdint>
 #include <string>
 #include <string_view>
-#include <variant>
 
 #include "constraint/constraint.hpp"
 #include "math/vec3.hpp"
@@ -31,30 +30,6 @@ std::string_view name(Scheme scheme) {
       return "automatic";
   }
   return "";
-}
-
-template <class T>
-std::string describe_form(const GridForm<T>& /*form*/) {
-  return "as a grid: each spring once, no index loaded";
-}
-template <class T>
-std::string describe_form(const GraphForm<T>& /*form*/) {
-  return "as a graph: each particle sums its own";
-}
-template <class T>
-std::string describe_form(const PairsForm<T>& /*form*/) {
-  return "as a graph: each particle sums its pairs' own contributions";
-}
-template <class T>
-std::string describe_form(const StrandsForm<T>& form) {
-  return form.is_list() ? "as a list that is a sheet in sweeps, in bands of rows" : "as a grid in sweeps, in bands of rows";
-}
-template <class T>
-std::string describe_form(const ColoursForm<T>& form) {
-  std::string within = "as a graph in sweeps of " + counted(form.colours(), "colour");
-  if (form.pieces() == 1) return within;
-  return within + " in each of " + std::to_string(form.pieces()) + " pieces, then " + std::to_string(form.stages.size() - 2) +
-         " colours between them";
 }
 
 // The sub-steps that other schemes would take for the same springs and step, and the order that the scene's steps would have.
@@ -142,16 +117,10 @@ std::string describe_sweeps(const Joints<T>& joints) {
   std::string words = is_generalized_alpha(coupling) ? ", generalized alpha, rho " + text(joints.chosen.rho, 6)
                                                      : ", theta " + text(theta_of(coupling), 6);
   words += coupling.sweeps == SweepOrder::symmetric ? ", forward and backward" : ", forward";
-  const auto has_lines = [](const auto& of) {
-    if constexpr (requires { of.lines; }) return !of.lines.empty();
-    return false;
-  };
-  const auto redirects = [](const auto& of) {
-    if constexpr (requires { of.lines.forces; }) return of.lines.forces == LineForces::redirected;
-    return false;
-  };
-  if (std::visit(has_lines, joints.form)) words += ", whole lines of springs between them";
-  if (std::visit(redirects, joints.form)) words += ", whose forces are redirected";
+  visit_form(joints.form, [&](const auto& form) {
+    if (form.has_lines()) words += ", whole lines of springs between them";
+    if (form.line_forces() == LineForces::redirected) words += ", whose forces are redirected";
+  });
   return words;
 }
 
@@ -162,7 +131,7 @@ std::string describe_network(const Joints<T>& joints, const CompiledScene<T>& co
   const Scene& scene = compiled.scene;
   const NetworkLimit limit = joints.limit(scene, compiled.start);
   const Coupling& coupling = joints.coupling;
-  const std::string form = std::visit([](const auto& of) { return describe_form(of); }, joints.form);
+  const std::string form = visit_form(joints.form, [](const auto& of) { return of.description(); });
   std::string words = "springs      " + std::to_string(joints.springs) + ", " + form + "; " + std::to_string(joints.bytes()) +
                       " bytes, and " + std::to_string(workspace_bytes) + " of working memory a state\n";
   words += "scheme       " + std::string(name(coupling.scheme)) + ", " + counted(limit.substeps, "sub-step") + " a step";

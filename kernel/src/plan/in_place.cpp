@@ -52,7 +52,7 @@ Expected<InPlace> in_place(CompiledScene<T>& compiled, const GridStiffnessChange
   if (auto error = check_range<T>(compiled.scene, compiled.options, compiled.count, compiled.start)) {
     return tl::unexpected(*error);
   }
-  if (!joints->set_stiffness(grid)) return InPlace::not_done;
+  if (!joints->set_stiffness(compiled.scene)) return InPlace::not_done;
   undo.dismiss();
   return InPlace::done;
 }
@@ -139,7 +139,7 @@ Expected<InPlace> in_place(CompiledScene<T>& compiled, const MassChange& change)
     each->make_each(*compiled.count);
   }
   const bool moves = !is_fixed(scene, change.particle) && !is_kinematic(scene, change.particle);
-  if (moves && !joints->set_inverse_mass(scene, change.particle, 1 / change.mass)) return InPlace::not_done;
+  if (moves && !joints->set_inverse_mass(change.particle, 1 / change.mass)) return InPlace::not_done;
   if (each) scene.mass = std::move(*each);
   scene.mass.set(change.particle, change.mass);
   return InPlace::done;
@@ -152,7 +152,7 @@ Expected<InPlace> in_place(CompiledScene<T>& compiled, const Fixing& change) {
   make_room(compiled.scene.fixed);
   make_room(joints->fixed);
   joints->reserve_rates(compiled.scene, compiled.start);
-  if (!joints->set_inverse_mass(compiled.scene, change.particle, 0)) return InPlace::not_done;
+  if (!joints->set_inverse_mass(change.particle, 0)) return InPlace::not_done;
   change.apply(compiled.scene, 0);
   const FixedParticle fixed{static_cast<std::uint32_t>(change.particle), joints->order.of[change.particle]};
   joints->fixed.insert(std::lower_bound(joints->fixed.begin(), joints->fixed.end(), fixed, by_element), fixed);
@@ -165,7 +165,7 @@ Expected<InPlace> in_place(CompiledScene<T>& compiled, const Releasing& change) 
   if (joints == nullptr) return InPlace::not_done;
   joints->reserve_rates(compiled.scene, compiled.start);
   const double w = 1 / compiled.scene.mass[change.particle];
-  if (!joints->set_inverse_mass(compiled.scene, change.particle, w)) return InPlace::not_done;
+  if (!joints->set_inverse_mass(change.particle, w)) return InPlace::not_done;
   change.apply(compiled.scene, 0);
   const FixedParticle fixed{static_cast<std::uint32_t>(change.particle), joints->order.of[change.particle]};
   joints->fixed.erase(std::lower_bound(joints->fixed.begin(), joints->fixed.end(), fixed, by_element));

@@ -51,6 +51,10 @@ class JoinedCall {
 
   [[nodiscard]] std::size_t size() const noexcept { return joints.order.size; }
   [[nodiscard]] bool is_relative() const noexcept { return ws.origin[0] != nullptr; }
+  // Of all elements, so many each.
+  [[nodiscard]] Units units_of(std::size_t elements) const noexcept {
+    return {size() / elements, particles_per_task / elements};
+  }
   [[nodiscard]] Places<T> positions() noexcept { return is_relative() ? ws.origin : work.x; }
   // Whether particles come and go; then they stand as they are numbered.
   [[nodiscard]] bool comes_and_goes() const noexcept { return scene.particles == Particles::come_and_meet; }

@@ -94,7 +94,7 @@ JoinedMotion<T>::JoinedMotion(std::shared_ptr<Joints<T>> joints, const Scene& sc
   const std::vector<double>& b = joints_->splitting.b;
   if (goes_back(joints_->splitting)) backwards_scene_ = arranged(scene, joints_->order, Contacts::left_out);
   const auto over = [&](double part) { return flow_over(part, options, passes); };
-  if (std::holds_alternative<PairsForm<T>>(joints_->form)) {
+  if (act_of(joints_->form) == SpringsAct::in_pair_sums) {
     first_ = {over(1)};
     again_ = first_;
     return;
@@ -147,15 +147,6 @@ std::optional<Error> JoinedMotion<T>::refusal() const {
   return std::nullopt;
 }
 
-namespace {
-
-template <class Form>
-constexpr bool is_in_sweeps = requires(const Form& form) {
-  form.shift;
-};
-
-}  // namespace
-
 template <class T>
 bool JoinedMotion<T>::has_moving_contacts() const noexcept {
   return is_any_carried(contacts());
@@ -175,7 +166,7 @@ WorkspaceShape JoinedMotion<T>::shape() const {
   shape.fixed = joints.fixed.size();
   shape.motions = tracks_.size();
   shape.surfaces = has_moving_contacts() ? flows_[0]->terms.surface_count : 0;
-  const bool kicks = std::holds_alternative<GridForm<T>>(joints.form) || std::holds_alternative<GraphForm<T>>(joints.form);
+  const bool kicks = act_of(joints.form) == SpringsAct::in_pulses;
   shape.accelerations = kicks ? joints.damping_passes() : 0;
   shape.keeps_acceleration = is_generalized_alpha(joints.coupling) && !joints.splitting.b.empty();
   shape.keeps_still = keeps_still();
@@ -183,24 +174,10 @@ WorkspaceShape JoinedMotion<T>::shape() const {
   shape.has_second_velocity = (kicks || shape.keeps_acceleration) && joints.is_damped() && shape.accelerations == 0;
   shape.meets_air = joints.air != nullptr;
   shape.triangles = joints.air ? joints.air->list_size() : 0;
-  shape.has_pair_sums = std::holds_alternative<PairsForm<T>>(joints.form);
-  const auto springs = [](const auto& form) -> std::size_t {
-    if constexpr (is_in_sweeps<std::decay_t<decltype(form)>>) return std::max<std::size_t>(1, form.springs);
-    return 0;
-  };
-  shape.sweep_springs = std::visit(springs, joints.form);
-  if (const auto* list = std::get_if<ColoursForm<T>>(&joints.form)) {
-    shape.sweep_records = list->records;
-    shape.keeps_velocities = list->terms.damping == Damping::along;
-  }
-  if (const auto* sheets = std::get_if<StrandsForm<T>>(&joints.form)) {
-    shape.lines = sheets->lines.rooms();
-    shape.redirects_lines = sheets->lines.forces == LineForces::redirected;
-  }
-  if (const auto* list = std::get_if<ColoursForm<T>>(&joints.form)) {
-    shape.lines = list->lines.rooms(joints.are_worth_threads(joints.particles()));
-  }
-  shape.visits_again = shape.sweep_springs != 0 && joints.coupling.sweeps == SweepOrder::symmetric;
+  shape.has_pair_sums = act_of(joints.form) == SpringsAct::in_pair_sums;
+  const bool may_share_work = joints.are_worth_threads(joints.particles());
+  shape.sweeps = visit_form(joints.form, [&](const auto& form) { return form.sweep_room(may_share_work); });
+  shape.visits_again = shape.sweeps.springs != 0 && joints.coupling.sweeps == SweepOrder::symmetric;
   shape.has_origin = counted_from_ == CountedFrom::step;
   if (joints.constraints) shape.constraints = joints.constraints->shape();
   if (joints.meet) {

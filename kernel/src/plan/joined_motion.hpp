@@ -50,15 +50,11 @@ struct WorkspaceShape {
   std::size_t fixed = 0;     // particles, kinematic ones too
   std::size_t motions = 0;
   std::size_t surfaces = 0;       // where some of them move
-  std::size_t sweep_springs = 0;  // 0: no sweeps
   std::size_t accelerations = 0;  // of a damped network's pulse: 0 to 2
-  std::size_t sweep_records = 0;  // of particles, for sweeps over a list
-  LineRooms lines{};              // for lines of springs, of all that are solved at once
-  bool redirects_lines = false;   // the forces that they give
+  SweepRoom sweeps{};
   bool has_second_velocity = false;
   bool has_pair_sums = false;
-  bool visits_again = false;      // the sweeps do, and read what the first visit kept
-  bool keeps_velocities = false;  // for sweeps over a list that damps
+  bool visits_again = false;  // the sweeps do, and read what the first visit kept
   bool has_origin = false;
   bool keeps_acceleration = false;
   bool keeps_still = false;  // which particles stand still

@@ -1,4 +1,4 @@
-// The pulses of springs between the flows of a call of joined particles, one for each form that sums by owner.
+// The pulses of springs between the flows of a call of joined particles, in any form that sums by owner.
 #pragma once
 
 #include <algorithm>
@@ -16,45 +16,38 @@ class JoinedPulses {
   explicit JoinedPulses(JoinedCall<T>& call) noexcept
       : call_(call), joints_(call.joints), work_(call.work), kernels_(call.kernels) {}
 
-  void pulse(const GridForm<T>& form, std::size_t k) noexcept {
-    const Units rows{form.terms.rows, particles_per_task / form.terms.pitch};
-    if (joints_.damping_passes() == 0) return kick(kernels_.grid, form.terms, k, rows);
-    call_.tell(rows, work_.a0,
-               [&](std::size_t from, std::size_t to) { kernels_.grid_acceleration(form.terms, work_, from, to); });
-    take_acceleration(kernels_.damp_grid, form.terms, k, rows);
-  }
-  void pulse(const GraphForm<T>& form, std::size_t k) noexcept {
-    const Units slices{call_.size() / slice, particles_per_task / slice};
-    if (joints_.damping_passes() == 0) return kick(kernels_.graph, form.terms, k, slices);
-    call_.tell(slices, work_.a0,
-               [&](std::size_t from, std::size_t to) { kernels_.graph_acceleration(form.terms, work_, from, to); });
-    take_acceleration(kernels_.damp_graph, form.damped, k, slices);
+  template <class Form>
+  void pulse(const Form& form, std::size_t k) noexcept {
+    const Units units = call_.units_of(form.unit());
+    if (joints_.damping_passes() == 0) return kick(form, k, units);
+    call_.tell(units, work_.a0, [&](std::size_t from, std::size_t to) { form.accelerate(kernels_, work_, from, to); });
+    take_acceleration(form, k, units);
   }
 
   // Brown's contributions, which the next flow adds.
-  void sum_pairs(const PairsForm<T>& form) noexcept {
-    call_.over({call_.size() / slice, particles_per_task / slice},
-               [&](std::size_t from, std::size_t to) { kernels_.pairs(form.terms, work_, from, to); });
+  template <class Form>
+  void sum_pairs(const Form& form) noexcept {
+    call_.over(call_.units_of(form.unit()), [&](std::size_t from, std::size_t to) { form.sum(kernels_, work_, from, to); });
     call_.tell(work_.dx);
     call_.tell(work_.dv);
   }
 
  private:
-  template <class Kick, class Terms>
-  void kick(const Kick& kick, const Terms& terms, std::size_t k, const Units& units) noexcept {
+  template <class Form>
+  void kick(const Form& form, std::size_t k, const Units& units) noexcept {
     const T pulse = static_cast<T>(joints_.splitting.b[k] * joints_.substep());
-    call_.tell(units, work_.v_next, [&](std::size_t from, std::size_t to) { kick(terms, work_, pulse, from, to); });
+    call_.tell(units, work_.v_next, [&](std::size_t from, std::size_t to) { form.kick(kernels_, work_, pulse, from, to); });
     std::swap(work_.v, work_.v_next);
   }
 
   // v += b h a + (b h)^2/2 a1 + beta h^3 a2, the last of them where the scheme has it.
-  template <class Damp, class Terms>
-  void take_acceleration(const Damp& damp, const Terms& terms, std::size_t k, const Units& units) noexcept {
+  template <class Form>
+  void take_acceleration(const Form& form, std::size_t k, const Units& units) noexcept {
     const double h = joints_.substep();
     const double t = joints_.splitting.b[k] * h;
     DampingPass<T> pass{.of = work_.a0, .y = work_.a1, .s = static_cast<T>(t), .t = static_cast<T>(t * t / 2)};
     const auto run = [&](const std::array<T*, 3>& told) {
-      call_.tell(units, told, [&](std::size_t from, std::size_t to) { damp(terms, work_, pass, from, to); });
+      call_.tell(units, told, [&](std::size_t from, std::size_t to) { form.damp(kernels_, work_, pass, from, to); });
     };
     if (joints_.damping_passes() == 1) return run(work_.v);
     run(work_.a1);

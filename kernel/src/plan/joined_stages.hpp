@@ -6,7 +6,6 @@
 #include <cstddef>
 #include <cstdint>
 #include <utility>
-#include <variant>
 
 #include "plan/joined_call.hpp"
 #include "plan/joined_flow.hpp"
@@ -24,15 +23,15 @@ class JoinedStages {
   // 0 where the sheet is in cache anyway, where a pulse reads the neighbours' velocities, which the stage before has changed
   // (damping, air), where constraints stand between the pulses, and where each stage has its own poses of motions.
   [[nodiscard]] std::size_t at_once() const noexcept {
-    const auto* form = std::get_if<GridForm<T>>(&joints_.form);
-    if (form == nullptr || joints_.damping_passes() != 0 || joints_.air || m_.closes_substeps() || !m_.tracks().empty())
+    const GridTerms<T>* const grid = grid_terms();
+    if (grid == nullptr || joints_.damping_passes() != 0 || joints_.air || m_.closes_substeps() || !m_.tracks().empty())
       return 0;
     const Exchange& exchange = call_.exchange;
     if (exchange.start != nullptr && exchange.pulses_per_telling == 1) return 0;
-    const std::size_t rows = rows_in_cache(form->terms);
-    const std::size_t most = std::min(max_stages, rows / reach(form->terms) / 2);
+    const std::size_t rows = rows_in_cache(*grid);
+    const std::size_t most = std::min(max_stages, rows / reach(*grid) / 2);
     if (exchange.start != nullptr) return std::max<std::size_t>(2, most);
-    return form->terms.rows <= 2 * rows ? 0 : most;
+    return grid->rows <= 2 * rows ? 0 : most;
   }
 
   // The stages of one step, run whenever so many have come together.
@@ -63,7 +62,7 @@ class JoinedStages {
   void run() noexcept {
     const std::size_t stages = std::exchange(count_, 0);
     if (stages == 0) return;
-    const GridTerms<T>& grid = std::get<GridForm<T>>(joints_.form).terms;
+    const GridTerms<T>& grid = *grid_terms();
     const std::size_t chunk = reach(grid);  // rows
     const std::size_t chunks = grid.rows / chunk;
     const std::size_t per_block = std::max(rows_in_cache(grid) / chunk, 2 * stages);
@@ -88,6 +87,9 @@ class JoinedStages {
     SubstepImpulse<T> impulse{};
   };
 
+  [[nodiscard]] const GridTerms<T>* grid_terms() const noexcept {
+    return visit_form(joints_.form, [](const auto& form) { return form.grid_terms(); });
+  }
   // A pulse reads the rows up to so far away.
   [[nodiscard]] static std::size_t reach(const GridTerms<T>& grid) noexcept { return grid.along.right2.is_there() ? 2 : 1; }
   [[nodiscard]] static std::size_t rows_in_cache(const GridTerms<T>& grid) noexcept {

@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <optional>
 #include <utility>
-#include <variant>
 
 #include "constraint/constraint_step.hpp"
 #include "contact/faces/face_step.hpp"
@@ -17,6 +16,7 @@
 #include "plan/joined_pulses.hpp"
 #include "plan/joined_stages.hpp"
 #include "skin/ball_step.hpp"
+#include "springs/network_forms.hpp"
 #include "springs/sweep/sweep_step.hpp"
 #include "work/environment.hpp"
 #include "work/stepping.hpp"
@@ -36,7 +36,7 @@ class JoinedStep {
       constraint_terms_ = ws_.with_columns(joints_.constraints->terms());
       constraints_.emplace(*joints_.constraints, scene.passes->template of<T>().constraint, constraint_terms_, call_.parallel);
     }
-    if (const auto* strands = std::get_if<StrandsForm<T>>(&joints_.form)) sheets_.end = strands->sheets.size() - 1;
+    sheets_.end = visit_form(joints_.form, [](const auto& form) { return form.sheets(); });
     if (joints_.balls) {
       balls_.emplace(
           BallsOfScene<T>{joints_.balls->lists(), ws_.balls, m_.skins(), ws_.skins, ws_.poses, m_.origin(), joints_.substep()},
@@ -145,7 +145,7 @@ class JoinedStep {
   void step(const Clock& clock) noexcept {
     call_.begin_step(clock);
     begin_driven_paths();
-    sweeps_.begin_step();
+    sweeps_.knows_origins = false;
     flow_.still().begin();
     for (int substep = 0; substep < joints_.chosen.substeps; ++substep) {
       const Clock begun = call_.clock;
@@ -153,7 +153,7 @@ class JoinedStep {
       air_.begin_substep(substep);
       const auto& before = substep == 0 ? m_.first() : m_.again();
       for (std::size_t k = 0; k < before.size(); ++k) {
-        std::visit([&](const auto& form) { flow_and_pulse(form, before[k], k); }, joints_.form);
+        visit_form(joints_.form, [&](const auto& form) { act(form, before[k], k); });
         flow_.still().note_pulse(k);
       }
       if (m_.closes_substeps()) close_substep(begun);
@@ -204,7 +204,14 @@ class JoinedStep {
     return !has_too_many_;
   }
 
-  // ---- a flow and the pulse behind it, one for each form -------------------------------------------------------------------
+  // ---- a flow and what springs do behind it ------------------------------------------------------------------------------
+
+  template <class Form>
+  void act(const Form& form, std::size_t f, std::size_t k) noexcept {
+    if constexpr (Form::act == SpringsAct::in_sweeps) flow_and_sweep(form, f);
+    if constexpr (Form::act == SpringsAct::in_pair_sums) flow_by_pairs(form, f);
+    if constexpr (Form::act == SpringsAct::in_pulses) flow_and_pulse(form, f, k);
+  }
 
   template <class Form>
   void flow_and_pulse(const Form& form, std::size_t f, std::size_t k) noexcept {
@@ -215,21 +222,20 @@ class JoinedStep {
     if (air != 0) air_.blow_in_the_middle(air);
   }
   // Brown's contributions are of the whole sub-step, from where it starts.
-  void flow_and_pulse(const PairsForm<T>& form, std::size_t f, std::size_t /*k*/) noexcept {
+  template <class Form>
+  void flow_by_pairs(const Form& form, std::size_t f) noexcept {
     if (air_.blows()) air_.blow_on_velocity(0.5);
     pulses_.sum_pairs(form);
     flow_.run(f, After::pairs);
     if (air_.blows()) air_.blow_on_velocity(0.5);
   }
-  void flow_and_pulse(const StrandsForm<T>& form, std::size_t f, std::size_t /*k*/) noexcept { flow_and_sweep(form, f); }
-  void flow_and_pulse(const ColoursForm<T>& form, std::size_t f, std::size_t /*k*/) noexcept { flow_and_sweep(form, f); }
 
   template <class Form>
   void flow_and_sweep(const Form& form, std::size_t f) noexcept {
     if (form.alpha) return flow_and_sweep(form, *form.alpha, f);
     flow_.run(f);
     if (air_.blows()) air_.keep_velocity();
-    sweeps_.sweep(form, ws_.with_columns(form.terms), sheets_);
+    form.sweep(sweeps_, ws_.with_columns(form.terms));
     flow_.leave({.shift = &form.shift});
     if (air_.blows()) blow_after_sweeps();
   }
@@ -240,7 +246,7 @@ class JoinedStep {
     flow_.run(f, After::nothing, &terms);
     if (air_.blows()) air_.keep_velocity();
     std::swap(work_.v, work_.v_next);  // the same where nothing damps
-    sweeps_.sweep(form, ws_.with_columns(is_start ? alpha.sweeps_of_start : form.terms), sheets_);
+    form.sweep(sweeps_, ws_.with_columns(is_start ? alpha.sweeps_of_start : form.terms));
     std::swap(work_.v, work_.v_next);
     flow_.leave({.alpha = &terms});
     if (air_.blows()) blow_after_sweeps();
@@ -261,12 +267,15 @@ class JoinedStep {
   JoinedAir<T> air_{call_};
   JoinedStages<T> stages_{call_, followers_, flow_};
   typename SweepStep<T>::Sheets sheets_{};
-  SweepStep<T> sweeps_{{joints_.coupling.sweeps, joints_.order, joints_.telling.records},
-                       call_.kernels,
-                       work_,
-                       ws_.line_rooms,
-                       call_.exchange,
-                       call_.parallel};
+  SweepStep<T> sweeps_{.order = joints_.coupling.sweeps,
+                       .particles = joints_.order,
+                       .records = joints_.telling.records,
+                       .kernels = call_.kernels,
+                       .work = work_,
+                       .rooms = ws_.line_rooms,
+                       .exchange = call_.exchange,
+                       .parallel = call_.parallel,
+                       .sheets = sheets_};
   ConstraintTerms<T> constraint_terms_{};
   std::optional<ConstraintStep<T>> constraints_;
   std::optional<BallStep<T>> balls_;

@@ -28,7 +28,7 @@ JoinedWorkspace<T>::JoinedWorkspace(const WorkspaceShape& shape, const Memory& m
   work.v_next = shape.has_second_velocity ? of_particles(nothing) : work.v;
   if (shape.accelerations >= 1) work.a0 = of_particles(nothing);
   if (shape.accelerations >= 2) work.a1 = of_particles(nothing);
-  if (shape.sweep_springs != 0) work.shift = of_particles(T(0));
+  if (shape.sweeps.springs != 0) work.shift = of_particles(T(0));
   if (shape.keeps_acceleration) work.a = of_particles(T(0));
   if (shape.has_pair_sums) {
     work.dx = of_particles(T(0));
@@ -36,11 +36,11 @@ JoinedWorkspace<T>::JoinedWorkspace(const WorkspaceShape& shape, const Memory& m
   }
   if (shape.has_origin) origin = of_particles(T(0));
   work.origin = {origin[0], origin[1], origin[2]};
-  const auto of_springs = [&] { return columns_.add(shape.sweep_springs, T(0), column_margin); };
+  const auto of_springs = [&] { return columns_.add(shape.sweeps.springs, T(0), column_margin); };
   if (shape.visits_again) sweep_.lambda = of_springs();
-  if (shape.redirects_lines) sweep_.line_force = columns_.add_axes(shape.sweep_springs, T(0), column_margin);
-  if (shape.sweep_records != 0) add_records();
-  if (const auto& [count, each] = shape.lines; count != 0) line_rooms = {columns_.add(count * each), each, count};
+  if (shape.sweeps.redirects_lines) sweep_.line_force = columns_.add_axes(shape.sweeps.springs, T(0), column_margin);
+  if (shape.sweeps.records != 0) add_records();
+  if (const auto& [count, each] = shape.sweeps.lines; count != 0) line_rooms = {columns_.add(count * each), each, count};
 
   const auto axes = [&](std::size_t size) -> Axes<T> { return {columns_.add(size), columns_.add(size), columns_.add(size)}; };
   if (const std::size_t size = shape.constraints.pairs; size != 0) {
@@ -97,15 +97,15 @@ void JoinedWorkspace<T>::add_faces() {
 template <class T>
 void JoinedWorkspace<T>::add_records() {
   RangeTerms<T>& ranges = sweep_.ranges;
-  const auto of_particles = [&] { return columns_.add(record * shape_.sweep_records); };
-  const auto of_springs = [&] { return columns_.add(record * shape_.sweep_springs); };
+  const auto of_particles = [&] { return columns_.add(record * shape_.sweeps.records); };
+  const auto of_springs = [&] { return columns_.add(record * shape_.sweeps.springs); };
   ranges.x = of_particles();
   ranges.shift = of_particles();
   // Lanes without a spring join particles that are 1 m apart: a sound distance.
-  for (std::size_t i = shape_.elements + 1; i < shape_.sweep_records; i += 2) ranges.x[record * i] = T(1);
-  if (shape_.keeps_velocities) ranges.v = of_particles();
+  for (std::size_t i = shape_.elements + 1; i < shape_.sweeps.records; i += 2) ranges.x[record * i] = T(1);
+  if (shape_.sweeps.keeps_velocities) ranges.v = of_particles();
   if (shape_.visits_again) ranges.apart = of_springs();
-  if (shape_.visits_again && shape_.keeps_velocities) ranges.u = of_springs();
+  if (shape_.visits_again && shape_.sweeps.keeps_velocities) ranges.u = of_springs();
   if (shape_.has_origin) ranges.from_origin = of_springs();
 }
 

@@ -84,7 +84,7 @@
 //          ends with: x0' the start taken along, v0' = R (v0 - V), x1' = x1, v1' = v1 - V. For a surface that does not turn,
 //          and constant acceleration, that is the parabola itself less t u f: a time of impact is as right as at rest. A bent
 //          path gets f l + f^2 q more, so that it starts with v0' and ends at x1'; q = 0 without a turn. A turn of theta in
-//          a flow bends the seen path by theta^3 where no term says so, which is why turns make sub-steps (plan/joints.cpp).
+//          a flow bends the seen path by theta^3 where no term says so, which is why turns make sub-steps (plan/substeps.cpp).
 //          Pulses act along the normal of the moment, on v - V. Two surfaces that hold a particle and move in different ways
 //          hold it against V* = V_a + delta / (1 - kappa^2) (n_b - kappa n_a), delta = n_b.(V_b - V_a): n_a.V* = n_a.V_a and
 //          n_b.V* = n_b.V_b.
