@@ -135,7 +135,7 @@ void SubstepChoice::choose(const Scene& scene, std::span<const JoinedPair> pairs
   rates = seen(rates);
   if (by(rates.least) != by(rates.most)) rates.least = rates.most = highest_rates(pairs, w_of);
   if (!scene.networks.empty() && leaves_substeps_open(coupling) && !coupling.longest_substep) {
-    net.emplace(pairs.empty() ? swept_net(scene, start) : SweptNet(scene, pairs, w_of, start));
+    net.emplace(pairs.empty() ? swept_net(scene, start) : SweptNet(scene, pairs, w_of, start, topology->walk()));
     coupling.longest_substep = net->longest_substep(coupling, rates.most);
   }
   chosen = by(rates.most);
@@ -206,7 +206,8 @@ double SubstepChoice::turning(const Scene& scene, std::span<const Vec3> start, c
 
 SweptNet SubstepChoice::swept_net(const Scene& scene, std::span<const Vec3> start) const {
   const Grid* const sheet = topology->one_grid(scene);
-  return sheet != nullptr ? SweptNet(scene, *sheet) : SweptNet(scene, joined_pairs(scene, start), w_of, start);
+  return sheet != nullptr ? SweptNet(scene, *sheet)
+                          : SweptNet(scene, joined_pairs(scene, start), w_of, start, topology->walk());
 }
 
 bool SubstepChoice::are_grids(const Scene& scene) const { return is_stack() || topology->one_grid(scene) != nullptr; }

@@ -79,7 +79,7 @@ SchemeChoice take_scheme(Scene& scene, double step, std::span<const Vec3> start)
   const Walk swept = swept_walk(scene, pairs, start.size());
   if (swept == Walk::stack) joined.lie = SpringsLie::as_sheet;
   if (swept != Walk::pieces) joined.swept = SpringsLie::as_sheet;
-  return take_scheme(scene.coupling, step, rate_bounds(pairs, w).most, SweptNet(scene, pairs, w, start), joined);
+  return take_scheme(scene.coupling, step, rate_bounds(pairs, w).most, SweptNet(scene, pairs, w, start, swept), joined);
 }
 
 }  // namespace dvdx

@@ -13,7 +13,6 @@
 #include "math/vec3.hpp"
 #include "springs/network_forms.hpp"
 #include "springs/sweep/sweep_scheme.hpp"
-#include "topology/topology.hpp"
 
 // Sweeps that begin with no forces solve, of springs in fixed directions, with lambda the forces times T = t^2,
 //   C + lambda/(k T) + E lambda = 0   in place of   C + lambda/(k T) = 0,     A = 1/(k T) + L^T W L,   E = A_l D^-1 A_l^T:
@@ -119,10 +118,10 @@ SweptNet::SweptNet(const Scene& scene, const Grid& sheet)
 }
 
 SweptNet::SweptNet(const Scene& scene, std::span<const JoinedPair> pairs, std::span<const double> w,
-                   std::span<const Vec3> start)
+                   std::span<const Vec3> start, Walk swept)
     : down_(steady_acceleration(scene, w.size(), start)), g_(length(down_)) {
   if (!(g_ > 0)) return;
-  springs_are_ = dvdx::springs_are(scene, pairs, w.size());
+  springs_are_ = dvdx::springs_are(pairs, w.size(), swept);
   w_.assign(w.begin(), w.end());
   for (std::size_t i = 0; i < w.size(); ++i) {
     mass_.push_back(scene.mass[i]);

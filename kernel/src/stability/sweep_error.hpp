@@ -12,6 +12,7 @@
 #include "springs/limit.hpp"
 #include "springs/sweep/sweep_scheme.hpp"
 #include "topology/particle_order.hpp"
+#include "topology/topology.hpp"
 
 namespace dvdx {
 
@@ -26,8 +27,10 @@ class SweptNet {
   // For a scene that is one sheet: nothing is as long as the sheet where all its particles are alike. Particles that are held
   // stand where they do in the flat sheet.
   SweptNet(const Scene& scene, const Grid& sheet);
-  // w: 1/kg of each particle, 0 where fixed or kinematic; start: of which the places of what is held are read.
-  SweptNet(const Scene& scene, std::span<const JoinedPair> pairs, std::span<const double> w, std::span<const Vec3> start);
+  // w: 1/kg of each particle, 0 where fixed or kinematic; start: of which the places of what is held are read; swept: what walks
+  // the springs in sweeps.
+  SweptNet(const Scene& scene, std::span<const JoinedPair> pairs, std::span<const double> w, std::span<const Vec3> start,
+           Walk swept);
 
   // Estimates of the piece that is worst off. frequency: rad/s, the bound of the springs', as rho_of() takes it.
   [[nodiscard]] SweepEstimate estimate(const Coupling& coupling, double frequency, const SubstepLength& substep) const;

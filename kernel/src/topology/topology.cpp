@@ -15,9 +15,8 @@ Walk swept_walk(const Scene& scene, std::span<const JoinedPair> pairs, std::size
   return list_sheet(scene, pairs, count) ? Walk::sheet : Walk::pieces;
 }
 
-SpringsAre springs_are(const Scene& scene, std::span<const JoinedPair> pairs, std::size_t count) {
-  const bool are_in_rows = are_ropes(pairs, count) || swept_walk(scene, pairs, count) != Walk::pieces;
-  return are_in_rows ? SpringsAre::in_rows : SpringsAre::any;
+SpringsAre springs_are(std::span<const JoinedPair> pairs, std::size_t count, Walk swept) {
+  return swept != Walk::pieces || are_ropes(pairs, count) ? SpringsAre::in_rows : SpringsAre::any;
 }
 
 Topology::Topology(const Scene& scene, const SteppedGrid& stepped, std::size_t count, std::span<const JoinedPair> pairs,

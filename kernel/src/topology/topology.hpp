@@ -26,7 +26,8 @@ enum class Walk : std::uint8_t {
 
 // What sweeps would walk a scene's springs as, whatever its scheme.
 [[nodiscard]] Walk swept_walk(const Scene& scene, std::span<const JoinedPair> pairs, std::size_t count);
-[[nodiscard]] SpringsAre springs_are(const Scene& scene, std::span<const JoinedPair> pairs, std::size_t count);
+// swept: what walks them in sweeps. Where that is a sheet, lines lead along its rows.
+[[nodiscard]] SpringsAre springs_are(std::span<const JoinedPair> pairs, std::size_t count, Walk swept);
 
 // It does not change: what tears, stiffens or is fixed leaves every particle where it stands, but for kinds of a grid's springs
 // that come or go.
