@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <utility>
 
-#include "springs/network_forms.hpp"
+#include "springs/form.hpp"
 #include "topology/triangles.hpp"
 
 namespace dvdx {

@@ -1,8 +1,8 @@
 #include "plan/joints.hpp"
 
 #include <algorithm>
-#include <cmath>
 #include <utility>
+#include <variant>
 
 #include "scene/particle_values.hpp"
 #include "springs/sweep/sweep_scheme.hpp"

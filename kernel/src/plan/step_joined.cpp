@@ -145,7 +145,7 @@ class JoinedStep {
   void step(const Clock& clock) noexcept {
     call_.begin_step(clock);
     begin_driven_paths();
-    sweeps_.knows_origins = false;
+    sweeps_.begin_step();
     flow_.still().begin();
     for (int substep = 0; substep < joints_.chosen.substeps; ++substep) {
       const Clock begun = call_.clock;

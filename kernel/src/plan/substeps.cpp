@@ -5,6 +5,7 @@
 #include <limits>
 #include <string>
 #include <utility>
+#include <variant>
 
 #include "constraint/constraints.hpp"
 #include "dvdx/partition.hpp"

@@ -13,8 +13,7 @@
 namespace dvdx {
 
 template <class T>
-ColoursForm<T>::ColoursForm(const NetworkInput& in, Columns<T>& columns)
-    : SweepForm<T>(in), layout_(colour_layout(in)), edited_(in.sweeps == nullptr ? Edited::by_spring : Edited::never) {
+ColoursForm<T>::ColoursForm(const NetworkInput& in, Columns<T>& columns) : SweepForm<T>(in), layout_(colour_layout(in)) {
   if (solves_lines(in.coupling, are_ropes(in.springs, in.w.size()) ? SpringsAre::in_rows : SpringsAre::any)) {
     lines_ = lines_of_list(in.springs, in.start, in.order, layout_.spring_at);
     this->terms.lines = lines_.terms();

@@ -29,7 +29,6 @@ class ColoursForm : public SweepForm<T> {
   [[nodiscard]] SweepRoom sweep_room(bool may_share_work) const noexcept;
   [[nodiscard]] bool has_lines() const noexcept { return !lines_.empty(); }
 
-  [[nodiscard]] Edited edited() const noexcept { return edited_; }
   void reserve_edits(const NetworkInput& in, const Memory& memory);
   [[nodiscard]] bool can_set_mass(const NetworkInput& in, std::size_t particle, double w) const noexcept;
   void set_mass(const NetworkInput& in, std::size_t particle, const T* w) noexcept;
@@ -75,7 +74,6 @@ class ColoursForm : public SweepForm<T> {
   ColourLayout layout_;
   std::vector<std::uint32_t> coefficients_of_, coefficients_of_start_;  // what the terms point to
   ListLines lines_;                                                     // empty where the sweeps have none
-  Edited edited_;
   std::optional<Edits> edits_;
 };
 

@@ -10,7 +10,8 @@ namespace dvdx {
 
 template <class T>
 StrandsForm<T>::StrandsForm(const NetworkInput& in, const Grid& grid, std::size_t sheet_rows, const T* w, Columns<T>& columns)
-    : SweepForm<T>(in), directions_(directions_of(grid)), edited_(Edited::by_row), row_(grid.columns), damping_(grid.damping) {
+    : SweepForm<T>(in), directions_(directions_of(grid)), row_(grid.columns), damping_(grid.damping) {
+  this->edited_ = Edited::by_row;
   lay_out(in, grid.rows, grid.columns, sheet_rows);
   const auto make = [&](const Implicitness& of, std::vector<StrandFamily<T>>& families, SweepTerms<T>& its) {
     families = families_by(of);
@@ -26,9 +27,7 @@ StrandsForm<T>::StrandsForm(const NetworkInput& in, const Grid& grid, std::size_
 
 template <class T>
 StrandsForm<T>::StrandsForm(const NetworkInput& in, const ListSheet& sheet, Columns<T>& columns)
-    : SweepForm<T>(in),
-      directions_(directions_of(in.springs, sheet)),
-      edited_(in.sweeps == nullptr ? Edited::by_spring : Edited::never) {
+    : SweepForm<T>(in), directions_(directions_of(in.springs, sheet)) {
   lay_out(in, sheet.rows, sheet.columns, sheet.rows);
   place_springs(in);
   drop_empty();

@@ -31,7 +31,6 @@ class StrandsForm : public SweepForm<T> {
   [[nodiscard]] std::optional<LineForces> line_forces() const noexcept { return lines_.forces; }
   void set_line_forces(LineForces forces) noexcept { lines_.forces = forces; }
 
-  [[nodiscard]] Edited edited() const noexcept { return edited_; }
   void reserve_edits(const NetworkInput& in, const Memory& memory);
   void set_mass(const NetworkInput& in, std::size_t particle, const T* w) noexcept;
   void set_spring(const NetworkInput& in, std::size_t spring) noexcept;
@@ -75,7 +74,6 @@ class StrandsForm : public SweepForm<T> {
   std::vector<GridDirection> directions_;  // by Strand::family
   SheetLines lines_;                       // empty where the sweeps have none
   std::size_t springs_ = 0;                // columns of lambda
-  Edited edited_;
 
   // Of a grid.
   std::vector<StrandFamily<T>> families_, families_of_start_;

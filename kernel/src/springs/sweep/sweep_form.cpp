@@ -48,7 +48,8 @@ AlphaTerms<T> rounded(const AlphaTerms<double>& of, Damping damping) {
 }  // namespace
 
 template <class T>
-SweepForm<T>::SweepForm(const NetworkInput& in) : shift(shift_terms<T>(in)) {
+SweepForm<T>::SweepForm(const NetworkInput& in)
+    : shift(shift_terms<T>(in)), edited_(in.sweeps == nullptr ? Edited::by_spring : Edited::never) {
   terms.h = static_cast<T>(implicitness(in).on.h);
   terms.damping = in.is_damped ? Damping::along : Damping::none;
 }

@@ -47,12 +47,16 @@ class SweepForm : public FormBase<T> {
   ShiftTerms<T> shift;            // of the theta scheme
   std::optional<Alpha<T>> alpha;  // in its place
 
+  [[nodiscard]] Edited edited() const noexcept { return edited_; }
+
  protected:
   explicit SweepForm(const NetworkInput& in);
   // Once the sweeps' terms have been made. Those of the start are theirs until they are made too.
   void make_alpha(const NetworkInput& in);
   // Sets all that the sub-step and rho make of the sweeps, but for the springs' coefficients.
   void set_scheme(const NetworkInput& in) noexcept;
+
+  Edited edited_;  // a list is by spring, unless it is part of a larger scene
 };
 
 extern template class SweepForm<float>;

@@ -33,6 +33,7 @@ struct SweepStep {
   const Sheets& sheets;
   bool knows_origins = false;  // those of this step
 
+  void begin_step() noexcept { knows_origins = false; }
   [[nodiscard]] bool is_symmetric() const noexcept { return order == SweepOrder::symmetric; }
 };
 
