@@ -9,6 +9,7 @@
 #include <string_view>
 
 #include "dvdx/dvdx.h"
+#include "dvdx/fields.hpp"
 #include "dvdx/plan.hpp"
 
 namespace dvdx::c_api {
@@ -71,6 +72,11 @@ To choice(const From& from, int count, const std::string& field) {
   const int value = number_of(from);
   if (value >= 0 && value < count) return static_cast<To>(value);
   throw Error{field, std::to_string(value), "a choice from 0 to " + std::to_string(count - 1)};
+}
+// One that scene files have words for.
+template <class To, class From>
+To choice(const From& from, const std::string& field) {
+  return choice<To>(from, static_cast<int>(words<To>.size()), field);
 }
 
 }  // namespace dvdx::c_api

@@ -32,8 +32,7 @@ Wind wind_of(const dvdx_wind& from) {
 
 namespace {
 
-constexpr int methods = 6, expansions = 2, path_sweeps = 2, responses = 2, sides = 2, anchorings = 3, bounds = 3, schemes = 5,
-              sweep_orders = 2, face_choices = 2, line_choices = 3, pair_axes = 2, nears = 3;
+constexpr int methods = 6, anchorings = 3, nears = 3;
 
 std::vector<Vec3> vectors(const double* xyz, std::size_t count, const std::string& field) {
   need(xyz, count, field);
@@ -84,8 +83,8 @@ Surface with(Surface to, const dvdx_surface& from, const std::string& at) {
   to.friction = from.friction;
   to.viscosity = from.viscosity;
   to.normal_viscosity = from.normal_viscosity;
-  to.response = choice<Response>(from.response, responses, at + ".surface.response");
-  to.sweep = choice<ContactPath>(from.sweep, path_sweeps, at + ".surface.sweep");
+  to.response = choice<Response>(from.response, at + ".surface.response");
+  to.sweep = choice<ContactPath>(from.sweep, at + ".surface.sweep");
   to.thickness = from.thickness;
   if (from.push_out != 0) to.push_out = from.push_out;
   return to;
@@ -123,7 +122,7 @@ Force value(const dvdx_radial_spring& from, const std::string& at) {
 Force value(const dvdx_drag& from, const std::string& at) {
   return Drag{.coefficient = per_axis(from.coefficient, at + ".coefficient"),
               .wind = vec3(from.wind),
-              .expansion = choice<Expansion>(from.expansion, expansions, at + ".expansion"),
+              .expansion = choice<Expansion>(from.expansion, at + ".expansion"),
               .method = method(from.method, at + ".method")};
 }
 
@@ -131,7 +130,7 @@ Contact value(const dvdx_plane& from, const std::string& at) {
   return with(Plane{.normal = vec3(from.normal), .offset = from.offset}, from.surface, at);
 }
 Contact value(const dvdx_sphere& from, const std::string& at) {
-  return with(Sphere{.center = vec3(from.center), .radius = from.radius, .side = choice<Side>(from.side, sides, at + ".side")},
+  return with(Sphere{.center = vec3(from.center), .radius = from.radius, .side = choice<Side>(from.side, at + ".side")},
               from.surface, at);
 }
 Contact value(const dvdx_capsule& from, const std::string& at) {
@@ -142,7 +141,7 @@ Contact value(const dvdx_box& from, const std::string& at) {
   return with(OrientedBox{.center = vec3(from.center),
                           .half_extents = vec3(from.half_extents),
                           .rotation = vec3(from.rotation),
-                          .side = choice<Side>(from.side, sides, at + ".side")},
+                          .side = choice<Side>(from.side, at + ".side")},
               from.surface, at);
 }
 Contact value(const dvdx_convex& from, const std::string& at) {
@@ -194,14 +193,19 @@ Tethers value(const dvdx_tethers& from, const std::string& /*at*/) {
   return {.network = from.network, .stretch = from.stretch};
 }
 
-Skin& skin_of(Scene& scene, std::size_t skin, const char* field) {
-  if (skin < scene.skins.size()) return scene.skins[skin];
-  throw Error{field, std::to_string(skin), "below the scene's " + std::to_string(scene.skins.size()) + " skins"};
+// An element of a list of the scene's, or of its motion's, whose number stands in the field.
+template <class Element>
+Element& element_of(std::vector<Element>& list, std::size_t index, const char* field, const std::string& whose,
+                    const char* name) {
+  if (index < list.size()) return list[index];
+  throw Error{field, std::to_string(index), "below the " + whose + "'s " + std::to_string(list.size()) + " " + name};
 }
+
 void set_backstop(Scene& to, const dvdx_backstop& from) {
-  skin_of(to, from.skin, "backstop.skin").backstop = Backstop{.normals = vectors(from.normals, from.count, "backstop.normals"),
-                                                              .offset = scalars(from.offset, "backstop.offset"),
-                                                              .radius = scalars(from.radius, "backstop.radius")};
+  element_of(to.skins, from.skin, "backstop.skin", "scene", "skins").backstop =
+      Backstop{.normals = vectors(from.normals, from.count, "backstop.normals"),
+               .offset = scalars(from.offset, "backstop.offset"),
+               .radius = scalars(from.radius, "backstop.radius")};
 }
 
 Meet meet_of(const dvdx_meet& from) {
@@ -247,7 +251,7 @@ Network value(const dvdx_springs& from, const std::string& at) {
 Constraint value(const dvdx_distance& from, const std::string& at) {
   return Distance{.pairs = pairs(from.pairs, from.count, at + ".pairs"),
                   .length = scalars(from.length, at + ".length"),
-                  .bound = choice<Bound>(from.bound, bounds, at + ".bound")};
+                  .bound = choice<Bound>(from.bound, at + ".bound")};
 }
 Constraint value(const dvdx_on_point& from, const std::string& /*at*/) {
   return OnPoint{.particle = from.particle, .at = vec3(from.at)};
@@ -258,13 +262,13 @@ Constraint value(const dvdx_on_line& from, const std::string& /*at*/) {
 
 Coupling value(const dvdx_coupling& from) {
   Coupling to;
-  to.scheme = choice<Scheme>(from.scheme, schemes, "coupling.scheme");
+  to.scheme = choice<Scheme>(from.scheme, "coupling.scheme");
   if (from.substeps != 0) to.substeps = from.substeps;
   if (from.theta != 0) to.theta = from.theta;
-  to.sweeps = choice<SweepOrder>(from.sweeps, sweep_orders, "coupling.sweeps");
-  to.lines = choice<Lines>(from.lines, line_choices, "coupling.lines");
+  to.sweeps = choice<SweepOrder>(from.sweeps, "coupling.sweeps");
+  to.lines = choice<Lines>(from.lines, "coupling.lines");
   to.method = method(from.method, "coupling.method").value_or(to.method);
-  to.axis = choice<PairAxis>(from.axis, pair_axes, "coupling.axis");
+  to.axis = choice<PairAxis>(from.axis, "coupling.axis");
   if (from.iterations != 0) to.iterations = from.iterations;
   if (from.longest_substep != 0) to.longest_substep = from.longest_substep;
   if (from.most_substeps != 0) to.most_substeps = from.most_substeps;
@@ -285,13 +289,8 @@ void take_triangles(Springs& springs, const dvdx_aerodynamics& from) {
   }
 }
 
-std::size_t network_of(const Scene& scene, std::size_t network, const char* field) {
-  if (network < scene.networks.size()) return network;
-  throw Error{field, std::to_string(network), "below the scene's " + std::to_string(scene.networks.size()) + " networks"};
-}
-
 void add_bending(Scene& to, const dvdx_bending& from) {
-  auto* const springs = std::get_if<Springs>(&to.networks[network_of(to, from.network, "bending.network")]);
+  auto* const springs = std::get_if<Springs>(&element_of(to.networks, from.network, "bending.network", "scene", "networks"));
   if (springs == nullptr) throw Error{"bending.network", std::to_string(from.network), "a network of springs"};
   const BentSheet sheet = bent_sheet_of(from);
   dvdx::add_bending(*springs, sheet.triangles, sheet.flat, from.modulus);
@@ -302,7 +301,7 @@ void set_aerodynamics(Scene& to, const dvdx_aerodynamics& from) {
     take_triangles(network, from);
     network.aerodynamics = Aerodynamics{.density = from.density, .drag = from.drag, .lift = from.lift};
   };
-  std::visit(take, to.networks[network_of(to, from.network, "aerodynamics.network")]);
+  std::visit(take, element_of(to.networks, from.network, "aerodynamics.network", "scene", "networks"));
 }
 
 // change(scene, *what), with both pointers looked at first.
@@ -440,19 +439,13 @@ dvdx_status dvdx_scene_set_backstop(dvdx_scene* scene, const dvdx_backstop* back
 }
 dvdx_status dvdx_scene_set_jump(dvdx_scene* scene, size_t motion, size_t key, dvdx_error* error) {
   return changed(scene, &motion, "motion", error, [&](Scene& to, std::size_t) {
-    if (motion >= to.motions.size()) {
-      throw dvdx::Error{"motion", std::to_string(motion),
-                        "below the scene's " + std::to_string(to.motions.size()) + " motions"};
-    }
-    std::vector<dvdx::MotionKey>& keys = to.motions[motion].keys;
-    if (key >= keys.size()) {
-      throw dvdx::Error{"key", std::to_string(key), "below the motion's " + std::to_string(keys.size()) + " keys"};
-    }
-    keys[key].arrival = dvdx::Arrival::jump;
+    std::vector<dvdx::MotionKey>& keys = element_of(to.motions, motion, "motion", "scene", "motions").keys;
+    element_of(keys, key, "key", "motion", "keys").arrival = dvdx::Arrival::jump;
   });
 }
 dvdx_status dvdx_scene_set_skin_motion(dvdx_scene* scene, size_t skin, size_t motion, dvdx_error* error) {
-  return changed(scene, &skin, "skin", error, [&](Scene& to, std::size_t) { skin_of(to, skin, "skin").motion = motion; });
+  return changed(scene, &skin, "skin", error,
+                 [&](Scene& to, std::size_t) { element_of(to.skins, skin, "skin", "scene", "skins").motion = motion; });
 }
 dvdx_status dvdx_scene_add_tethers(dvdx_scene* scene, const dvdx_tethers* tethers, dvdx_error* error) {
   return added(scene, tethers, &Scene::tethers, "tethers", error);
@@ -465,11 +458,7 @@ dvdx_status dvdx_scene_set_meet_groups(dvdx_scene* scene, const dvdx_meet_groups
 }
 dvdx_status dvdx_scene_set_contact_motion(dvdx_scene* scene, size_t contact, size_t motion, dvdx_error* error) {
   return changed(scene, &contact, "contact", error, [&](Scene& to, std::size_t) {
-    if (contact >= to.contacts.size()) {
-      throw dvdx::Error{"contact", std::to_string(contact),
-                        "below the scene's " + std::to_string(to.contacts.size()) + " contacts"};
-    }
-    std::visit([&](auto& c) { c.motion = motion; }, to.contacts[contact]);
+    std::visit([&](auto& c) { c.motion = motion; }, element_of(to.contacts, contact, "contact", "scene", "contacts"));
   });
 }
 
@@ -492,7 +481,7 @@ dvdx_status dvdx_scene_set_wind(dvdx_scene* scene, const dvdx_wind* wind, dvdx_e
 
 dvdx_status dvdx_scene_set_faces(dvdx_scene* scene, dvdx_faces faces, dvdx_error* error) {
   return changed(scene, &faces, "faces", error,
-                 [](dvdx::Scene& to, const dvdx_faces& from) { to.faces = choice<dvdx::Faces>(from, face_choices, "faces"); });
+                 [](dvdx::Scene& to, const dvdx_faces& from) { to.faces = choice<dvdx::Faces>(from, "faces"); });
 }
 
 dvdx_status dvdx_scene_add_distance(dvdx_scene* scene, const dvdx_distance* constraint, dvdx_error* error) {

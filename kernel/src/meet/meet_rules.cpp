@@ -20,8 +20,6 @@
 namespace dvdx {
 namespace {
 
-constexpr int most_rounds = 64;
-constexpr int most_neighbours_of_all = 255;
 constexpr std::size_t most_meeting_groups = 1024;
 constexpr double most_pairs_of_all = 1 << 29;           // so that 32 bits number what passes gather
 constexpr double least_size = 1e-15, most_size = 1e15;  // m
@@ -155,8 +153,8 @@ void check_meet_of_all(Checker& check, const Scene& scene) {
   const int given = int{meet.radius.has_value()} + int{meet.thickness.has_value()} + int{meet.part_of_cells.has_value()};
   if (given == 0) return check.fail("meet", "none of radius, thickness and part_of_cells", "one of them");
   if (given > 1) return check.fail("meet", "several of radius, thickness and part_of_cells", "one of them");
-  if (meet.radius) check.scalars("meet.radius", *meet.radius, Range::positive);
-  if (meet.thickness) check.number("meet.thickness", *meet.thickness, Range::positive);
+  if (meet.radius) check.value("meet.radius", *meet.radius, Range::positive);
+  if (meet.thickness) check.value("meet.thickness", *meet.thickness, Range::positive);
   const auto size = [&](const std::string& field, double value) {  // whose square float32 holds
     if (!(value >= least_size && value <= most_size)) {
       check.fail(field, text(value), "a number from " + text(least_size) + " to " + text(most_size));
@@ -178,13 +176,7 @@ void check_meet_of_all(Checker& check, const Scene& scene) {
   if (meet.part_of_cells && scene.networks.empty()) {
     check.fail("meet.part_of_cells", text(*meet.part_of_cells), "left out of a scene without networks, whose cells it is of");
   }
-  check.number("meet.restitution", meet.restitution, Range::unit);
-  check.number("meet.friction", meet.friction, Range::non_negative);
-  const auto whole = [&](const std::string& field, int value, int most) {
-    if (value < 1 || value > most) check.fail(field, std::to_string(value), "a whole number from 1 to " + std::to_string(most));
-  };
-  whole("meet.rounds", meet.rounds, most_rounds);
-  whole("meet.most_neighbours", meet.most_neighbours, most_neighbours_of_all);
+  check.fields("meet", meet);
   if (!check.error && static_cast<double>(*check.count()) * meet.most_neighbours > most_pairs_of_all) {
     const double most = std::floor(most_pairs_of_all / static_cast<double>(*check.count()));
     check.fail("meet.most_neighbours", std::to_string(meet.most_neighbours),

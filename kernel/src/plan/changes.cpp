@@ -98,8 +98,8 @@ void ZeroLengthChange::apply(Scene& scene, std::size_t /*count*/) const {
 Expected<Scalars> zero_length_of(const Scene& scene, std::size_t network, std::span<const Triangle> triangles,
                                  std::span<const Vec3> flat, double modulus) {
   if (auto error = refusal_of<Springs>(scene, network)) return tl::unexpected(*error);
-  if (!holds(Range::non_negative, modulus)) {
-    return tl::unexpected(Error{"modulus", text(modulus), std::string(words(Range::non_negative))});
+  if (!Range::non_negative.holds(modulus)) {
+    return tl::unexpected(Error{"modulus", text(modulus), std::string(Range::non_negative.text)});
   }
   Springs springs{.pairs = std::get<Springs>(scene.networks[network]).pairs};
   const std::size_t count = springs.pairs.size();

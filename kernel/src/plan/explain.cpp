@@ -8,6 +8,7 @@
 #include <variant>
 #include <vector>
 
+#include "dvdx/fields.hpp"
 #include "forces/radial_spring.hpp"
 #include "math/elementary.hpp"
 #include "math/vec3.hpp"
@@ -40,28 +41,6 @@ int operations(Flow flow, std::size_t sources) noexcept {
   const int axis = is_drift(flow) ? 6 : (is_shear(flow) ? 10 : 9);
   const int driven = !is_drift(flow) && is_driven(flow) ? 2 : 0;
   return 3 * (axis + driven + static_cast<int>(4 * sources));
-}
-
-std::string_view name(Method method) {
-  switch (method) {
-    case Method::combined:
-      return "combined";
-    case Method::exact:
-      return "exact";
-    case Method::average_acceleration:
-      return "average_acceleration";
-    case Method::pulse:
-      return "pulse";
-    case Method::symplectic_euler:
-      return "symplectic_euler";
-  }
-  return "";
-}
-
-std::string_view kind(const Force& force) {
-  constexpr std::array names = {"constant", "polynomial", "sinusoid", "spring", "radial_spring", "drag"};
-  static_assert(names.size() == std::variant_size_v<Force>, "a name for each force, in the variant's order");
-  return names[force.index()];
 }
 
 // The step's matrix along one axis, [[1-C, S], [-A, 1-B]].
@@ -173,7 +152,8 @@ std::string describe_forces(const Scene& scene, const System& system) {
   const auto list = [&](const std::vector<std::size_t>& forces) {
     std::string names;
     for (const std::size_t i : forces) {
-      names += (names.empty() ? "" : ", ") + ("forces[" + std::to_string(i) + "] " + std::string(kind(scene.forces[i])));
+      names += (names.empty() ? "" : ", ") +
+               ("forces[" + std::to_string(i) + "] " + std::string(type_words<Force>[scene.forces[i].index()]));
     }
     return names;
   };
@@ -182,8 +162,8 @@ std::string describe_forces(const Scene& scene, const System& system) {
     const auto& combined = system.combined();
     if (std::find(combined.begin(), combined.end(), i) != combined.end()) continue;
     const bool is_kick = std::holds_alternative<RadialSpring>(scene.forces[i]) && system.method(i) == Method::combined;
-    text += "alone        forces[" + std::to_string(i) + "] " + std::string(kind(scene.forces[i])) + " by " +
-            (is_kick ? "a kick at the middle of the step" : std::string(name(system.method(i)))) + "\n";
+    text += "alone        forces[" + std::to_string(i) + "] " + std::string(type_words<Force>[scene.forces[i].index()]) +
+            " by " + (is_kick ? "a kick at the middle of the step" : std::string(word(system.method(i)))) + "\n";
   }
   return text;
 }

@@ -8,6 +8,7 @@
 #include <string_view>
 
 #include "constraint/constraint.hpp"
+#include "dvdx/fields.hpp"
 #include "math/vec3.hpp"
 #include "scene/text.hpp"
 #include "springs/sweep/sweep_scheme.hpp"
@@ -15,22 +16,6 @@
 
 namespace dvdx {
 namespace {
-
-std::string_view name(Scheme scheme) {
-  switch (scheme) {
-    case Scheme::leapfrog:
-      return "leapfrog";
-    case Scheme::fourth_order:
-      return "fourth_order";
-    case Scheme::sequential:
-      return "sequential";
-    case Scheme::accumulate:
-      return "accumulate";
-    case Scheme::automatic:
-      return "automatic";
-  }
-  return "";
-}
 
 // The sub-steps that other schemes would take for the same springs and step, and the order that the scene's steps would have.
 template <class T>
@@ -46,7 +31,7 @@ std::string describe_other_schemes(const Joints<T>& joints, const NetworkLimit& 
     if (joints.coupling.scheme == scheme) continue;
     const int substeps = substeps_for(calm_limit({.scheme = scheme}), joints.step, {limit.bound, limit.damping});
     const std::int64_t pulses = scheme == Scheme::fourth_order ? 6 : 1;
-    words += "             " + std::string(name(scheme)) + " would take " + counted(substeps, "sub-step") + ", " +
+    words += "             " + std::string(word(scheme)) + " would take " + counted(substeps, "sub-step") + ", " +
              std::to_string(substeps * pulses) + " pulses a step" + order(scheme);
   }
   if (joints.coupling.scheme != Scheme::sequential) {
@@ -134,7 +119,7 @@ std::string describe_network(const Joints<T>& joints, const CompiledScene<T>& co
   const std::string form = visit_form(joints.form, [](const auto& of) { return of.description(); });
   std::string words = "springs      " + std::to_string(joints.springs) + ", " + form + "; " + std::to_string(joints.bytes()) +
                       " bytes, and " + std::to_string(workspace_bytes) + " of working memory a state\n";
-  words += "scheme       " + std::string(name(coupling.scheme)) + ", " + counted(limit.substeps, "sub-step") + " a step";
+  words += "scheme       " + std::string(word(coupling.scheme)) + ", " + counted(limit.substeps, "sub-step") + " a step";
   if (coupling.scheme == Scheme::sequential) words += describe_sweeps(joints);
   words += coupling.substeps ? " (asked for)\n" : " (chosen)\n";
   if (coupling.scheme == Scheme::sequential && joints.longest_step) {

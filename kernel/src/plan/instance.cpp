@@ -326,8 +326,8 @@ Expected<std::size_t> Instance<T>::advance(double frame_time, std::size_t most, 
   if (parts_ == nullptr) return tl::unexpected(moved_from("instance"));
   const double h = step_size();
   if (!(h > 0)) return tl::unexpected(Error{"step", text(h), "above 0 s, where time is advanced by whole steps"});
-  if (!holds(Range::non_negative, frame_time)) {
-    return tl::unexpected(Error{"frame_time", text(frame_time), std::string(words(Range::non_negative))});
+  if (!Range::non_negative.holds(frame_time)) {
+    return tl::unexpected(Error{"frame_time", text(frame_time), std::string(Range::non_negative.text)});
   }
   Parts& p = *parts_;
   if (!p.before) {

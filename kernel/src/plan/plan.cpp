@@ -175,7 +175,7 @@ Expected<void> set_places_in(JoinedWorkspace<A>* workspace, std::size_t kinemati
                "one for each of the " + std::to_string(group.particles()) + " particles of kinematic[" +
                    std::to_string(kinematic) + "]");
   }
-  for (std::size_t i = 0; i < places.size() && !check.error; ++i) check.numbers(element("places", i), places[i], Range::finite);
+  for (std::size_t i = 0; i < places.size() && !check.error; ++i) check.value(element("places", i), places[i], Range::finite);
   if (check.error) return tl::unexpected(*check.error);
   arrival == Arrival::jump ? group.jump(places) : group.ask(places);
   return {};

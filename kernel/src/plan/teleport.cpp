@@ -170,8 +170,8 @@ Expected<void> teleport_in(const CompiledScene<A>& scene, JoinedWorkspace<A>* wo
     return {};  // no plan for float64 states is worked out in float32
   } else {
     Checker check(std::nullopt);
-    check.numbers("by.translation", by.translation, Range::finite);
-    check.numbers("by.rotation", by.rotation, Range::finite);
+    check.value("by.translation", by.translation, Range::finite);
+    check.value("by.rotation", by.rotation, Range::finite);
     if (check.error) return tl::unexpected(*check.error);
     if (auto error = refusal_of_fit(fit_of(scene, state), scene.count, state.count)) return tl::unexpected(*error);
     if (auto error = refusal_of_holds(scene.scene)) return tl::unexpected(*error);

@@ -23,83 +23,32 @@ namespace dvdx {
 namespace {
 
 constexpr int most_iterations = 1000;
-constexpr double most_coefficient = 1e6;  // of drag and lift: what a pulse makes of it stays finite (most_air)
 
-struct ForceChecker {
-  Checker& check;
-  std::string at;
+// ---- forces
 
-  void operator()(const Constant& f) const { check.numbers(at + ".acceleration", f.acceleration, Range::finite); }
-  void operator()(const Polynomial& f) const {
-    const std::size_t terms = f.acceleration.size();
-    if (terms < 1 || terms > static_cast<std::size_t>(polynomial_terms)) {
-      check.fail(at + ".acceleration", std::to_string(terms) + " terms", "1 to " + std::to_string(polynomial_terms) + " terms");
-    }
-    for (std::size_t k = 0; k < terms; ++k) {
-      check.numbers(element(at + ".acceleration", k), f.acceleration[k], Range::finite);
-    }
+void check_terms(Checker& check, const std::string& at, const Polynomial& force) {
+  const std::size_t terms = force.acceleration.size();
+  if (terms < 1 || terms > static_cast<std::size_t>(polynomial_terms)) {
+    check.fail(at + ".acceleration", std::to_string(terms) + " terms", "1 to " + std::to_string(polynomial_terms) + " terms");
   }
-  void operator()(const Sinusoid& f) const {
-    check.numbers(at + ".acceleration", f.acceleration, Range::finite);
-    check.number(at + ".angular_frequency", f.angular_frequency, Range::finite);
-    check.number(at + ".phase", f.phase, Range::finite);
-  }
-  void operator()(const Spring& f) const {
-    check.per_axis(at + ".stiffness", f.stiffness, Range::non_negative);
-    check.number(at + ".damping", f.damping, Range::non_negative);
-    check.anchor(at + ".anchor", f.anchor);
-  }
-  void operator()(const RadialSpring& f) const {
-    check.scalars(at + ".stiffness", f.stiffness, Range::non_negative);
-    check.number(at + ".damping", f.damping, Range::non_negative);
-    check.anchor(at + ".anchor", f.anchor);
-    check.scalars(at + ".rest_length", f.rest_length, Range::non_negative);
-  }
-  void operator()(const Drag& f) const {
-    check.per_axis(at + ".coefficient", f.coefficient, Range::non_negative);
-    check.numbers(at + ".wind", f.wind, Range::finite);
-    check.choice(at + ".expansion", f.expansion, Expansion::first_order);
-  }
-};
-
-void check_force(Checker& check, const std::string& at, const Force& force) {
-  std::visit(ForceChecker{check, at}, force);
-  std::visit([&](const auto& f) { check.method(at, f.method); }, force);
 }
 
+void check_force(Checker& check, const std::string& at, const Force& force) {
+  if (const auto* polynomial = std::get_if<Polynomial>(&force)) check_terms(check, at, *polynomial);
+  std::visit([&](const auto& f) { check.fields(at, f); }, force);
+}
+
+// What the fields of a contact say of each other.
 struct ContactChecker {
   Checker& check;
   std::string at;
 
-  void operator()(const Plane& c) const {
-    check.numbers(at + ".normal", c.normal, Range::finite);
-    const double length = dvdx::length(c.normal);
-    if (!(length > 0) || !std::isfinite(length)) {
-      check.fail(at + ".normal", text(c.normal), "a vector of finite length > 0");
-    }
-    check.number(at + ".offset", c.offset, Range::finite);
-    material(c);
-  }
+  void operator()(const Plane& /*c*/) const {}
+  void operator()(const Capsule& /*c*/) const {}
   void operator()(const Sphere& c) const {
-    check.numbers(at + ".center", c.center, Range::finite);
-    check.number(at + ".radius", c.radius, Range::positive);
-    check.choice(at + ".side", c.side, Side::inside);
-    material(c);
     if (c.side == Side::inside) leaves_room(c.thickness, c.radius, "radius");
   }
-  void operator()(const Capsule& c) const {
-    for (std::size_t k = 0; k < 2; ++k) {
-      check.numbers(element(at + ".ends", k), c.ends[k], Range::finite);
-      check.number(element(at + ".radius", k), c.radius[k], Range::positive);
-    }
-    material(c);
-  }
   void operator()(const OrientedBox& c) const {
-    check.numbers(at + ".center", c.center, Range::finite);
-    for (std::size_t k = 0; k < 3; ++k) check.number(element(at + ".half_extents", k), c.half_extents[k], Range::positive);
-    check.numbers(at + ".rotation", c.rotation, Range::finite);
-    check.choice(at + ".side", c.side, Side::inside);
-    material(c);
     const double least = *std::min_element(c.half_extents.begin(), c.half_extents.end());
     if (c.side == Side::inside) leaves_room(c.thickness, least, "least half extent");
   }
@@ -108,16 +57,6 @@ struct ContactChecker {
       check.fail(at + ".planes", std::to_string(c.planes.size()) + " planes",
                  std::to_string(fewest_planes) + " to " + std::to_string(most_planes));
     }
-    for (std::size_t k = 0; k < c.planes.size() && !check.error; ++k) {
-      const std::string of_plane = element(at + ".planes", k);
-      check.numbers(of_plane + ".normal", c.planes[k].normal, Range::finite);
-      const double length = dvdx::length(c.planes[k].normal);
-      if (!(length > 0) || !std::isfinite(length)) {
-        check.fail(of_plane + ".normal", text(c.planes[k].normal), "a vector of finite length > 0");
-      }
-      check.number(of_plane + ".offset", c.planes[k].offset, Range::finite);
-    }
-    material(c);
     if (check.error) return;
     switch (ConvexBody(c).fault()) {
       case ConvexBody::Fault::none:
@@ -130,11 +69,8 @@ struct ContactChecker {
     }
   }
   void operator()(const TriangleMesh& c) const {
-    for (std::size_t i = 0; i < c.vertices.size(); ++i) {
-      check.numbers(element(at + ".vertices", i), c.vertices[i], Range::finite);
-    }
-    check.number(at + ".cell", c.cell, Range::non_negative);
-    material(c);
+    check.value(at + ".vertices", c.vertices, Range::finite);
+    check.value(at + ".cell", c.cell, Range::non_negative);
     if (check.error) return;
     const auto closed = [&](const std::string& what) {
       check.fail(at + ".triangles", what,
@@ -173,18 +109,12 @@ struct ContactChecker {
     if (!(size - thickness > 0))
       check.fail(at + ".thickness", text(thickness), "less than the " + of + ", " + text(size) + " m");
   }
-  template <class Contact>
-  void material(const Contact& c) const {
-    check.number(at + ".thickness", c.thickness, Range::non_negative);
-    if (c.push_out) check.number(at + ".push_out", *c.push_out, Range::positive);
-    check.number(at + ".restitution", c.restitution, Range::unit);
-    check.number(at + ".friction", c.friction, Range::non_negative_or_infinite);
-    check.number(at + ".viscosity", c.viscosity, Range::non_negative_or_infinite);
-    check.number(at + ".normal_viscosity", c.normal_viscosity, Range::non_negative_or_infinite);
-    check.choice(at + ".response", c.response, Response::end_on_surface);
-    check.choice(at + ".sweep", c.sweep, ContactPath::line);
-  }
 };
+
+void check_contact(Checker& check, const std::string& at, const Contact& contact) {
+  std::visit([&](const auto& c) { check.fields(at, c); }, contact);
+  std::visit(ContactChecker{check, at}, contact);
+}
 
 // An index of Scene::motions.
 void check_motion_index(Checker& check, const std::string& field, std::size_t motion, const Scene& scene) {
@@ -198,16 +128,14 @@ void check_motions(Checker& check, const Scene& scene) {
   for (std::size_t i = 0; i < scene.motions.size() && !check.error; ++i) {
     const Motion& motion = scene.motions[i];
     const std::string at = element("motions", i);
-    check.numbers(at + ".center", motion.center, Range::finite);
+    check.value(at + ".center", motion.center, Range::finite);
     for (std::size_t k = 0; k < motion.keys.size() && !check.error; ++k) {
       const MotionKey& key = motion.keys[k];
       const std::string of_key = element(at + ".keys", k);
-      check.number(of_key + ".time", key.time, Range::finite);
+      check.fields(of_key, key);
       if (k != 0 && !(key.time > motion.keys[k - 1].time)) {
         check.fail(of_key + ".time", text(key.time), "later than the key before, at " + text(motion.keys[k - 1].time) + " s");
       }
-      check.numbers(of_key + ".translation", key.translation, Range::finite);
-      check.numbers(of_key + ".rotation", key.rotation, Range::finite);
     }
     if (check.error) return;
     if (const auto key = PoseTrack(motion).first_without_end()) {
@@ -231,9 +159,7 @@ void check_kinematic(Checker& check, const Scene& scene) {
     for (std::size_t k = 0; k < followers.particles.size() && !check.error; ++k) {
       const std::size_t id = followers.particles[k];
       const std::string field = element(at + ".particles", k);
-      if (id >= *check.count()) {
-        check.fail(field, std::to_string(id), "a particle id below " + std::to_string(*check.count()));
-      }
+      check.particle(field, id);
       const auto [before, is_first] = taken.emplace(id, field);
       if (!is_first) check.fail(field, std::to_string(id), "a particle that is not in " + before->second + " already");
     }
@@ -258,13 +184,10 @@ struct NetworkChecker {
           "at most the " + std::to_string(count) + " particles");
     }
     for (const auto& [name, edge] : {std::pair{".edge_u", g.edge_u}, std::pair{".edge_v", g.edge_v}}) {
-      check.numbers(at + name, edge, Range::finite);
+      check.value(at + name, edge, Range::finite);
       if (!(dvdx::length(edge) > 0)) check.fail(at + name, text(edge), "a vector of finite length > 0");
     }
-    check.number(at + ".structural", g.structural, Range::non_negative);
-    check.number(at + ".shear", g.shear, Range::non_negative);
-    check.number(at + ".bend", g.bend, Range::non_negative);
-    check.number(at + ".damping", g.damping, Range::non_negative);
+    check.fields(at, g);
     air(g.aerodynamics);
     if (!check.error) broken(g.broken, [&](const Pair& ends) { return spring_between(g, ends).has_value(); });
   }
@@ -272,7 +195,7 @@ struct NetworkChecker {
     pairs(s.pairs);
     each_pair(".stiffness", s.stiffness, s.pairs.size(), Range::non_negative);
     if (s.rest_length) each_pair(".rest_length", *s.rest_length, s.pairs.size(), Range::non_negative);
-    check.number(at + ".damping", s.damping, Range::non_negative);
+    check.value(at + ".damping", s.damping, Range::non_negative);
     zero_length(s);
     triangles(s.triangles);
     air(s.aerodynamics);
@@ -299,13 +222,7 @@ struct NetworkChecker {
     }
   }
   void air(const std::optional<Aerodynamics>& of) const {
-    if (!of) return;
-    check.number(at + ".aerodynamics.density", of->density, Range::non_negative);
-    for (const auto& [name, value] : {std::pair{".drag", of->drag}, std::pair{".lift", of->lift}}) {
-      if (!(value >= 0 && value <= most_coefficient)) {
-        check.fail(at + ".aerodynamics" + name, text(value), "a number from 0 to " + text(most_coefficient));
-      }
-    }
+    if (of) check.fields(at + ".aerodynamics", *of);
   }
   void triangles(const std::vector<Triangle>& list) const {
     for (std::size_t t = 0; t < list.size() && !check.error; ++t) {
@@ -339,15 +256,8 @@ struct NetworkChecker {
                  "two different particle ids below " + std::to_string(*check.count()));
     }
   }
-  void each_pair(const std::string& name, const Scalars& values, std::size_t count, Range range) const {
-    if (values.is_uniform()) return check.number(at + name, values[0], range);
-    if (values.each().size() != count) {
-      check.fail(at + name, std::to_string(values.each().size()) + " values",
-                 "one for each of the " + std::to_string(count) + " pairs");
-    }
-    for (std::size_t k = 0; k < count && !check.error; ++k) {
-      if (!holds(range, values[k])) check.number(element(at + name, k), values[k], range);
-    }
+  void each_pair(const std::string& name, const Scalars& values, std::size_t count, const Range& range) const {
+    check.each(at + name, values, count, "one for each of the " + std::to_string(count) + " pairs", range);
   }
 };
 
@@ -362,21 +272,13 @@ struct ConstraintChecker {
     check.choice(at + ".bound", c.bound, Bound::at_least);
   }
   void operator()(const OnPoint& c) const {
-    particle(c.particle);
-    check.numbers(at + ".at", c.at, Range::finite);
+    check.particle(at + ".particle", c.particle);
+    check.value(at + ".at", c.at, Range::finite);
   }
   void operator()(const OnLine& c) const {
-    particle(c.particle);
-    check.numbers(at + ".through", c.through, Range::finite);
-    check.numbers(at + ".direction", c.direction, Range::finite);
-    const double length = dvdx::length(c.direction);
-    if (!(length > 0) || !std::isfinite(length)) {
-      check.fail(at + ".direction", text(c.direction), "a vector of finite length > 0");
-    }
-  }
-  void particle(std::uint32_t i) const {
-    if (i < *check.count()) return;
-    check.fail(at + ".particle", std::to_string(i), "a particle id below " + std::to_string(*check.count()));
+    check.particle(at + ".particle", c.particle);
+    check.value(at + ".through", c.through, Range::finite);
+    check.direction(at + ".direction", c.direction);
   }
 };
 
@@ -398,14 +300,6 @@ void check_constraints(Checker& check, const Scene& scene) {
                  "a particle that " + element("constraints", before->second) + " does not already hold at a point");
     }
   }
-}
-
-void check_coupling(Checker& check, const Coupling& coupling) {
-  check.choice("coupling.scheme", coupling.scheme, Scheme::automatic);
-  check.choice("coupling.sweeps", coupling.sweeps, SweepOrder::forward);
-  check.choice("coupling.lines", coupling.lines, Lines::none);
-  check.choice("coupling.method", coupling.method, Method::symplectic_euler);
-  check.choice("coupling.axis", coupling.axis, PairAxis::start);
 }
 
 void check_networks(Checker& check, const Scene& scene) {
@@ -454,7 +348,7 @@ struct SkinChecker {
       check.fail(at + ".points", std::to_string(skin.points.size()) + " points", of_each());
     }
     for (std::size_t k = 0; k < skin.points.size() && !check.error; ++k) {
-      check.numbers(element(at + ".points", k), skin.points[k], Range::finite);
+      check.value(element(at + ".points", k), skin.points[k], Range::finite);
     }
     each(".at_most", skin.at_most, Range::non_negative_or_infinite);
   }
@@ -479,14 +373,8 @@ struct SkinChecker {
                  "at least minus at_most, " + text(-skin.at_most[k]) + " m, or no place is left for the particle");
     }
   }
-  void each(const std::string& name, const Scalars& values, Range range) const {
-    if (values.is_uniform()) return check.number(at + name, values[0], range);
-    if (values.each().size() != skin.particles.size()) {
-      check.fail(at + name, std::to_string(values.each().size()) + " values", of_each());
-    }
-    for (std::size_t k = 0; k < skin.particles.size() && !check.error; ++k) {
-      check.number(element(at + name, k), values[k], range);
-    }
+  void each(const std::string& name, const Scalars& values, const Range& range) const {
+    check.each(at + name, values, skin.particles.size(), of_each(), range);
   }
   [[nodiscard]] std::string of_each() const {
     return "one for each of the skin's " + std::to_string(skin.particles.size()) + " particles";
@@ -508,9 +396,7 @@ void check_skins(Checker& check, const Scene& scene) {
     for (std::size_t k = 0; k < skin.particles.size() && !check.error; ++k) {
       const std::size_t id = skin.particles[k];
       const std::string field = element(at + ".particles", k);
-      if (id >= *check.count()) {
-        check.fail(field, std::to_string(id), "a particle id below " + std::to_string(*check.count()));
-      }
+      check.particle(field, id);
       if (constrained.contains(id)) check.fail(field, std::to_string(id), "a particle that no constraint names");
       const auto [before, is_first] = taken.emplace(id, field);
       if (!is_first) check.fail(field, std::to_string(id), "a particle that is not in " + before->second + " already");
@@ -536,9 +422,7 @@ void check_tethers(Checker& check, const Scene& scene) {
       check.fail(at + ".network", std::to_string(tethers.network),
                  "a network that " + element("tethers", before->second) + " does not already hold");
     }
-    if (!(tethers.stretch >= 1 && std::isfinite(tethers.stretch))) {
-      check.fail(at + ".stretch", text(tethers.stretch), "a finite number >= 1");
-    }
+    check.fields(at, tethers);
     if (!scene.constraints.empty()) check.fail(at, "there", "left out of a scene with constraints");
   }
 }
@@ -566,15 +450,13 @@ void check_fixed(Checker& check, const std::vector<std::size_t>& fixed) {
   for (std::size_t k = 0; k < fixed.size(); ++k) {
     const std::string at = element("fixed", k);
     if (k != 0 && fixed[k] <= fixed[k - 1]) check.fail(at, std::to_string(fixed[k]), "particle ids in ascending order");
-    if (check.count() && fixed[k] >= *check.count()) {
-      check.fail(at, std::to_string(fixed[k]), "a particle id below " + std::to_string(*check.count()));
-    }
+    if (check.count()) check.particle(at, fixed[k]);
   }
 }
 
 void check_origin(Checker& check, const Scene& scene) {
   const Origin& origin = scene.origin;
-  if (!origin.is_each()) return check.numbers("origin", origin.at(0), Range::finite);
+  if (!origin.is_each()) return check.value("origin", origin.at(0), Range::finite);
   if (!scene.contacts.empty() || steps_in_columns(scene)) {
     const std::string what = !scene.kinematic.empty() ? "kinematic particles"
                              : scene.meet             ? "particles that meet"
@@ -587,7 +469,7 @@ void check_origin(Checker& check, const Scene& scene) {
                       "one for each of the " + std::to_string(*check.count()) + " particles");
   }
   for (std::size_t i = 0; i < origin.each().size() && !check.error; ++i) {
-    check.numbers(element("origin", i), origin.each()[i], Range::finite);
+    check.value(element("origin", i), origin.each()[i], Range::finite);
   }
 }
 
@@ -601,19 +483,13 @@ std::optional<Error> check(const Force& force, std::size_t index, std::optional<
 
 std::optional<Error> check(const Contact& contact, std::size_t index) {
   Checker check(std::nullopt);
-  std::visit(ContactChecker{check, element("contacts", index)}, contact);
+  check_contact(check, element("contacts", index), contact);
   return check.error;
 }
 
 std::optional<Error> check(const Wind& wind) {
   Checker check(std::nullopt);
-  check.numbers("wind.mean", wind.mean, Range::finite);
-  for (std::size_t k = 0; k < wind.gusts.size() && !check.error; ++k) {
-    const std::string at = element("wind.gusts", k);
-    check.numbers(at + ".amplitude", wind.gusts[k].amplitude, Range::finite);
-    check.number(at + ".angular_frequency", wind.gusts[k].angular_frequency, Range::finite);
-    check.number(at + ".phase", wind.gusts[k].phase, Range::finite);
-  }
+  check.fields("wind", wind);
   return check.error;
 }
 
@@ -631,13 +507,13 @@ void check_push_out(Checker& check, const Scene& scene) {
 std::optional<Error> check(const Scene& scene, std::optional<std::size_t> count, const PartContext& elsewhere) {
   Checker check(count);
   check.choice("method", scene.method, Method::symplectic_euler);
-  check.scalars("mass", scene.mass, Range::positive);
+  check.value("mass", scene.mass, Range::positive);
   for (std::size_t i = 0; i < scene.forces.size(); ++i) check_force(check, element("forces", i), scene.forces[i]);
   if (scene.contacts.size() > most_contacts) {
     check.fail("contacts", std::to_string(scene.contacts.size()) + " contacts", "at most " + std::to_string(most_contacts));
   }
   for (std::size_t i = 0; i < scene.contacts.size() && !check.error; ++i) {
-    std::visit(ContactChecker{check, element("contacts", i)}, scene.contacts[i]);
+    check_contact(check, element("contacts", i), scene.contacts[i]);
     if (const auto& motion = motion_of(scene.contacts[i])) {
       check_motion_index(check, element("contacts", i) + ".motion", *motion, scene);
     }
@@ -646,7 +522,7 @@ std::optional<Error> check(const Scene& scene, std::optional<std::size_t> count,
   check_motions(check, scene);
   check_kinematic(check, scene);
   check_origin(check, scene);
-  check_coupling(check, scene.coupling);
+  check.fields("coupling", scene.coupling);
   check_networks(check, scene);
   check_push_out(check, scene);
   check_constraints(check, scene);
@@ -660,8 +536,8 @@ std::optional<Error> check(const Scene& scene, std::optional<std::size_t> count,
 
 std::optional<Error> check(const Options& options) {
   Checker check(std::nullopt);
-  check.number("step", options.step, Range::finite);
-  if (options.longest_step) check.number("longest_step", *options.longest_step, Range::positive);
+  check.value("step", options.step, Range::finite);
+  if (options.longest_step) check.value("longest_step", *options.longest_step, Range::positive);
   if (options.isa) check.choice("isa", *options.isa, Isa::neon64);
   check.choice("arithmetic", options.arithmetic, Arithmetic::fast);
   check.choice("rounding", options.rounding, Rounding::compensated);

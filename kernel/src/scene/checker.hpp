@@ -1,21 +1,24 @@
 // Checks values against their ranges and keeps the first that is wrong: used by all that refuses a scene.
 #pragma once
 
+#include <array>
 #include <cmath>
 #include <cstddef>
 #include <optional>
 #include <string>
-#include <string_view>
+#include <type_traits>
 #include <utility>
+#include <variant>
+#include <vector>
 
+#include "dvdx/fields.hpp"
 #include "dvdx/plan.hpp"
+#include "math/vec3.hpp"
 #include "scene/text.hpp"
 
 namespace dvdx {
 
 inline constexpr std::size_t most_particles = 0xffffffff;
-
-enum class Range { finite, non_negative, non_negative_or_infinite, positive, unit };
 
 [[nodiscard]] inline std::string element(std::string name, std::size_t i) {
   return name.append("[").append(std::to_string(i)).append("]");
@@ -31,39 +34,6 @@ enum class Range { finite, non_negative, non_negative_or_infinite, positive, uni
 
 [[nodiscard]] inline Error moved_from(const char* what) { return {what, "moved from", "one that was not moved from"}; }
 
-[[nodiscard]] constexpr std::string_view words(Range range) {
-  switch (range) {
-    case Range::finite:
-      return "a finite number";
-    case Range::non_negative:
-      return "a finite number >= 0";
-    case Range::non_negative_or_infinite:
-      return "a number >= 0";
-    case Range::positive:
-      return "a finite number > 0";
-    case Range::unit:
-      return "a number from 0 to 1";
-  }
-  return "";
-}
-
-[[nodiscard]] inline bool holds(Range range, double value) {
-  if (range == Range::non_negative_or_infinite) return value >= 0;
-  if (!std::isfinite(value)) return false;
-  switch (range) {
-    case Range::finite:
-      return true;
-    case Range::non_negative:
-    case Range::non_negative_or_infinite:
-      return value >= 0;
-    case Range::positive:
-      return value > 0;
-    case Range::unit:
-      return value >= 0 && value <= 1;
-  }
-  return false;
-}
-
 // Collects the first error; later checks are skipped.
 class Checker {
  public:
@@ -76,8 +46,50 @@ class Checker {
   void require(bool holds, const std::string& field, const std::string& value, const std::string& valid) {
     if (!holds) fail(field, value, valid);
   }
-  void number(const std::string& field, double value, Range range) {
-    if (!holds(range, value)) fail(field, text(value), std::string(words(range)));
+  // The fields of a struct at a place. What a key alone says, and what fields say of each other, is checked beside it.
+  template <class Struct>
+  void fields(const std::string& at, const Struct& from) {
+    for_each_field<Struct>([&](const auto& field) {
+      if constexpr (requires { field.range; }) value(at + "." + std::string(field.member), from.*field.value, field.range);
+      if constexpr (std::is_same_v<decltype(field), const Normal<Struct>&>) {
+        direction(at + "." + std::string(field.name), from.*field.value);
+      }
+    });
+  }
+  void value(const std::string& field, double value, const Range& range) {
+    if (!range.holds(value)) fail(field, text(value), std::string(range.text));
+  }
+  template <class T, std::size_t size>
+  void value(const std::string& field, const std::array<T, size>& each, const Range& range) {
+    for (std::size_t k = 0; k < size; ++k) value(element(field, k), each[k], range);
+  }
+  template <class T>
+  void value(const std::string& field, const std::vector<T>& each, const Range& range) {
+    for (std::size_t k = 0; k < each.size() && !error; ++k) value(element(field, k), each[k], range);
+  }
+  template <class T>
+  void value(const std::string& field, const std::optional<T>& given, const Range& range) {
+    if (given) value(field, *given, range);
+  }
+  template <class E>
+  requires std::is_enum_v<E>
+  void value(const std::string& field, E chosen, const Range& /*range*/) {
+    choice(field, chosen, static_cast<E>(words<E>.size() - 1));
+  }
+  void value(const std::string& /*field*/, std::size_t /*index*/, const Range& /*range*/) {}  // checked beside its list
+  void value(const std::string& field, int whole, const Range& range) {
+    if (!range.holds(whole)) fail(field, std::to_string(whole), std::string(range.text));
+  }
+  void value(const std::string& field, const Face& face, const Range& /*range*/) { fields(field, face); }
+  void value(const std::string& field, const Gust& gust, const Range& /*range*/) { fields(field, gust); }
+  // With a state alone.
+  void particle(const std::string& field, std::size_t id) {
+    if (id >= *count_) fail(field, std::to_string(id), "a particle id below " + std::to_string(*count_));
+  }
+  void direction(const std::string& field, const Vec3& vector) {
+    value(field, vector, Range::finite);
+    const double length = dvdx::length(vector);
+    if (!(length > 0) || !std::isfinite(length)) fail(field, text(vector), "a vector of finite length > 0");
   }
   // A choice of an enumeration that counts from 0 to most.
   template <class Choice>
@@ -87,33 +99,28 @@ class Checker {
       fail(field, std::to_string(number), "a choice from 0 to " + std::to_string(static_cast<int>(most)));
     }
   }
-  void method(const std::string& at, const std::optional<Method>& value) {
-    if (value) choice(at + ".method", *value, Method::symplectic_euler);
+  void value(const std::string& field, const Scalars& given, const Range& range) {
+    if (!given.is_uniform()) length(field, given.each().size());
+    each(field, given, given.each().size(), "", range);
   }
-  void numbers(const std::string& field, const Vec3& value, Range range) {
-    for (std::size_t axis = 0; axis < 3; ++axis) number(element(field, axis), value[axis], range);
-  }
-  void scalars(const std::string& field, const Scalars& value, Range range) {
-    if (value.is_uniform()) return number(field, value[0], range);
-    length(field, value.each().size());
-    for (std::size_t i = 0; i < value.each().size() && !error; ++i) {
-      if (!holds(range, value[i])) number(element(field, i), value[i], range);
+  // One for all, or one for each of so many things; valid: how many that is.
+  void each(const std::string& field, const Scalars& given, std::size_t count, const std::string& valid, const Range& range) {
+    if (given.is_uniform()) return value(field, given[0], range);
+    if (given.each().size() != count) fail(field, std::to_string(given.each().size()) + " values", valid);
+    for (std::size_t k = 0; k < count && !error; ++k) {
+      if (!range.holds(given[k])) value(element(field, k), given[k], range);
     }
   }
-  void per_axis(const std::string& field, const PerAxis& value, Range range) {
-    if (value.axes()) {
-      numbers(field, *value.axes(), range);
-    } else {
-      scalars(field, value.scalars(), range);
-    }
+  void value(const std::string& field, const PerAxis& given, const Range& range) {
+    given.axes() ? value(field, *given.axes(), range) : value(field, given.scalars(), range);
   }
-  void anchor(const std::string& field, const Anchor& value) {
-    if (const auto* all = std::get_if<Vec3>(&value)) return numbers(field, *all, Range::finite);
-    if (const auto* each = std::get_if<std::vector<Vec3>>(&value)) {
+  void value(const std::string& field, const Anchor& given, const Range& range) {
+    if (const auto* all = std::get_if<Vec3>(&given)) return value(field, *all, range);
+    if (const auto* each = std::get_if<std::vector<Vec3>>(&given)) {
       length(field, each->size());
       for (std::size_t i = 0; i < each->size() && !error; ++i) {
         for (const double c : (*each)[i]) {
-          if (!std::isfinite(c)) numbers(element(field, i), (*each)[i], Range::finite);
+          if (!range.holds(c)) value(element(field, i), (*each)[i], range);
         }
       }
     } else if (!count_) {

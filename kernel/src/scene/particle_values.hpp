@@ -1,23 +1,33 @@
-// The values of a scene that may differ from particle to particle. A value that a force gains is named here, and nowhere else.
+// The values of a scene that may differ from particle to particle.
 #pragma once
 
 #include <algorithm>
 #include <string>
+#include <string_view>
 #include <type_traits>
 #include <variant>
 #include <vector>
 
+#include "dvdx/fields.hpp"
 #include "dvdx/scene.hpp"
 
 namespace dvdx {
 
-// use(name, value) for each such value of a force: Scalars, PerAxis or Anchor.
+// Whether particles have numbers of their own.
+inline bool is_each(const Scalars& value) noexcept { return !value.is_uniform(); }
+inline bool is_each(const PerAxis& value) noexcept { return !value.is_uniform(); }
+inline bool is_each(const Anchor& value) noexcept { return !std::holds_alternative<Vec3>(value); }
+
+template <class Value>
+inline constexpr bool may_differ =
+    std::is_same_v<Value, Scalars> || std::is_same_v<Value, PerAxis> || std::is_same_v<Value, Anchor>;
+
+// use(name, value) for each such value of a force.
 template <class AForce, class Use>
 void for_each_particle_value(AForce& force, const Use& use) {
-  if constexpr (requires { force.stiffness; }) use("stiffness", force.stiffness);
-  if constexpr (requires { force.coefficient; }) use("coefficient", force.coefficient);
-  if constexpr (requires { force.rest_length; }) use("rest_length", force.rest_length);
-  if constexpr (requires { force.anchor; }) use("anchor", force.anchor);
+  for_each_field<std::remove_const_t<AForce>>([&](const auto& field) {
+    if constexpr (may_differ<std::remove_cvref_t<decltype(force.*field.value)>>) use(field.name, force.*field.value);
+  });
 }
 
 // The same for a scene: its mass, and the values of its forces as "forces[i].name". Origins are no value of the particles.
@@ -25,15 +35,12 @@ template <class AScene, class Use>
 void for_each_particle_value_of(AScene& scene, const Use& use) {
   use(std::string("mass"), scene.mass);
   for (std::size_t i = 0; i < scene.forces.size(); ++i) {
-    const auto with_path = [&](const char* name, auto& value) { use("forces[" + std::to_string(i) + "]." + name, value); };
+    const auto with_path = [&](std::string_view name, auto& value) {
+      use("forces[" + std::to_string(i) + "]." + std::string(name), value);
+    };
     std::visit([&](auto& force) { for_each_particle_value(force, with_path); }, scene.forces[i]);
   }
 }
-
-// Whether particles have numbers of their own.
-inline bool is_each(const Scalars& value) noexcept { return !value.is_uniform(); }
-inline bool is_each(const PerAxis& value) noexcept { return !value.is_uniform(); }
-inline bool is_each(const Anchor& value) noexcept { return !std::holds_alternative<Vec3>(value); }
 
 inline bool has_values_each(const Scene& scene) {
   bool is_any = scene.origin.is_each();
@@ -43,7 +50,7 @@ inline bool has_values_each(const Scene& scene) {
 
 inline bool is_at_start(const Force& force) {
   bool is_any = false;
-  const auto look = [&](const char*, const auto& value) {
+  const auto look = [&](std::string_view, const auto& value) {
     if constexpr (std::is_same_v<std::decay_t<decltype(value)>, Anchor>) is_any = std::holds_alternative<AtStart>(value);
   };
   std::visit([&](const auto& f) { for_each_particle_value(f, look); }, force);

@@ -24,14 +24,14 @@ class LifecycleChecker : public Checker {
  public:
   explicit LifecycleChecker(std::size_t motions) : Checker(std::nullopt), motions_(motions) {}
 
-  void direction(const std::string& field, const Vec3& value) {
-    numbers(field, value, Range::finite);
-    const double l = dvdx::length(value);
+  void direction(const std::string& field, const Vec3& vector) {
+    value(field, vector, Range::finite);
+    const double l = dvdx::length(vector);
     require(l > 0 && std::isfinite(l), field, "of length " + text(l), "a vector of finite length > 0");
   }
   void box(const std::string& field, const Box& box) {
-    numbers(field + ".min", box.min, Range::finite);
-    numbers(field + ".max", box.max, Range::finite);
+    value(field + ".min", box.min, Range::finite);
+    value(field + ".max", box.max, Range::finite);
     for (std::size_t axis = 0; axis < 3; ++axis) {
       require(box.min[axis] <= box.max[axis], field + ".min[" + std::to_string(axis) + "]", text(box.min[axis]),
               "at most max, which is " + text(box.max[axis]));
@@ -39,23 +39,21 @@ class LifecycleChecker : public Checker {
   }
 
   void shape(const std::string& field, const std::variant<Vec3, Disc, Box>& shape) {
-    if (const auto* point = std::get_if<Vec3>(&shape)) numbers(field, *point, Range::finite);
+    if (const auto* point = std::get_if<Vec3>(&shape)) value(field, *point, Range::finite);
     if (const auto* bounds = std::get_if<Box>(&shape)) box(field, *bounds);
     if (const auto* disc = std::get_if<Disc>(&shape)) {
-      numbers(field + ".center", disc->center, Range::finite);
+      value(field + ".center", disc->center, Range::finite);
       direction(field + ".normal", disc->normal);
-      number(field + ".radius", disc->radius, Range::non_negative);
+      value(field + ".radius", disc->radius, Range::non_negative);
     }
   }
   void emitter(const std::string& at, const Emitter& e) {
     shape(at + ".shape", e.shape);
-    number(at + ".rate", e.rate, Range::non_negative);
-    number(at + ".start", e.start, Range::finite);
+    fields(at, e);
     require(e.end >= e.start, at + ".end", text(e.end), "at least start, which is " + text(e.start));
-    numbers(at + ".velocity", e.velocity, Range::finite);
-    if (const auto* radius = std::get_if<double>(&e.spread)) number(at + ".spread", *radius, Range::non_negative);
+    if (const auto* radius = std::get_if<double>(&e.spread)) value(at + ".spread", *radius, Range::non_negative);
     if (const auto* sides = std::get_if<Vec3>(&e.spread)) {
-      numbers(at + ".spread", *sides, Range::non_negative);
+      value(at + ".spread", *sides, Range::non_negative);
     }
     require(e.least_lifetime > 0, at + ".least_lifetime", text(e.least_lifetime), "a number > 0");
     require(e.most_lifetime >= e.least_lifetime, at + ".most_lifetime", text(e.most_lifetime),
@@ -72,15 +70,10 @@ class LifecycleChecker : public Checker {
     for (std::size_t i = 0; i < r.boundaries.size(); ++i) {
       const std::string at = "removal.boundaries[" + std::to_string(i) + "]";
       direction(at + ".normal", r.boundaries[i].normal);
-      number(at + ".offset", r.boundaries[i].offset, Range::finite);
+      value(at + ".offset", r.boundaries[i].offset, Range::finite);
     }
     if (r.outside) box("removal.outside", *r.outside);
-    const auto treatment = static_cast<int>(r.not_finite);
-    require(treatment >= 0 && treatment <= static_cast<int>(NotFinite::removed), "removal.not_finite",
-            std::to_string(treatment), "a choice from 0 to 1");
-    const auto order = static_cast<int>(r.order);
-    require(order >= 0 && order <= static_cast<int>(SurvivorOrder::any), "removal.order", std::to_string(order),
-            "a choice from 0 to 1");
+    fields("removal", r);
   }
 
  private:

@@ -57,7 +57,7 @@ void print_summary(const LoadedScene& loaded) {
   }
   for (const MeshNetwork& mesh : file.meshes) print_answer(fmt::format("mesh         {}\n", text_of(mesh)));
   print_answer(fmt::format("duration     {} s in {} steps\n", file.duration, loaded.steps));
-  print_answer(fmt::format("method       {}\n", name_in(methods, file.scene.method)));
+  print_answer(fmt::format("method       {}\n", word(file.scene.method)));
   for (std::size_t n = 0; n < file.tears_at.size(); ++n) {
     if (!std::isfinite(file.tears_at[n])) continue;
     print_answer(

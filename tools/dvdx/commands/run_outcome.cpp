@@ -140,9 +140,9 @@ void print_outcome_json(const LoadedScene& loaded, const Engine& engine, const O
   report_meshes(loaded.file, report);
   report["steps"] = loaded.steps;
   if (outcome.resumed_at) report["resumed_at_step"] = *outcome.resumed_at;
-  report["method"] = name_in(methods, loaded.file.scene.method);
+  report["method"] = word(loaded.file.scene.method);
   report["scheme"] = nullptr;
-  if (!loaded.file.scene.networks.empty()) report["scheme"] = name_in(schemes, loaded.file.scene.coupling.scheme);
+  if (!loaded.file.scene.networks.empty()) report["scheme"] = word(loaded.file.scene.coupling.scheme);
   report["substeps"] = outcome.network ? outcome.network->substeps : loaded.file.scene.coupling.substeps.value_or(1);
   if (outcome.network) report_estimates(*outcome.network, report);
   report["precision"] = name_in(precisions, engine.precision);
@@ -197,12 +197,12 @@ void print_table(const LoadedScene& loaded, const Engine& engine, const Outcome&
                                 outcome.turned->dropped));
   }
   for (const MeshNetwork& mesh : file.meshes) row("mesh", text_of(mesh));
-  row("steps", fmt::format("{} of {} s, method {}", loaded.steps, file.step, name_in(methods, file.scene.method)));
+  row("steps", fmt::format("{} of {} s, method {}", loaded.steps, file.step, word(file.scene.method)));
   if (outcome.network && file.scene.networks.empty() && file.scene.meet) {
     row("sub-steps", fmt::format("{} a step", outcome.network->substeps));
   } else if (outcome.network) {
-    row("networks", fmt::format("{}, {} sub-step{} a step", name_in(schemes, file.scene.coupling.scheme),
-                                outcome.network->substeps, outcome.network->substeps == 1 ? "" : "s"));
+    row("networks", fmt::format("{}, {} sub-step{} a step", word(file.scene.coupling.scheme), outcome.network->substeps,
+                                outcome.network->substeps == 1 ? "" : "s"));
   }
   if (outcome.torn) row("torn", fmt::format("{} springs", *outcome.torn));
   if (outcome.resumed_at) row("resumed", fmt::format("at step {}", *outcome.resumed_at));

@@ -117,7 +117,7 @@ void add_scene(const Output& output, Json& json) {
   const auto& file = *output.scene;
   json["name"] = file.name;
   json["about"] = file.about;
-  json["method"] = name_in(methods, file.scene.method);
+  json["method"] = word(file.scene.method);
   json["gravity"] = gravity_of(file.scene);
   json["step"] = file.step;
   json["duration"] = file.duration;

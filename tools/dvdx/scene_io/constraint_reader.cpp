@@ -19,8 +19,8 @@ Distance read_distance(const Node& node, const Population& population) {
   auto pairs = read_pairs(fields.required("pairs"), population);
   const auto of_pairs = population_of(pairs, population);
   return {.pairs = std::move(pairs),
-          .length = read_lengths(fields.required("length"), of_pairs, positive),
-          .bound = fields.choice("bound", bounds, Bound::equal)};
+          .length = read_lengths(fields.required("length"), of_pairs, Range::positive),
+          .bound = fields.choice("bound", named_choices<Bound>, Bound::equal)};
 }
 
 std::uint32_t particle_in(const Fields& fields, const Population& population) {

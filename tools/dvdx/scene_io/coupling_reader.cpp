@@ -5,11 +5,15 @@
 #include <initializer_list>
 #include <optional>
 #include <string>
+#include <string_view>
 
+#include "scene_io/described.hpp"
 #include "scene_io/names.hpp"
 
 namespace dvdx::tool {
 namespace {
+
+constexpr Range half_to_one{.min = 0.5, .max = 1, .text = "a number from 0.5 to 1"};
 
 std::optional<int> read_substeps(const Node& node) {
   if (node.json() == "auto") return std::nullopt;
@@ -22,14 +26,13 @@ void refuse_keys_of(Scheme scheme, std::initializer_list<const char*> keys, cons
   if (own.scheme == scheme) return;
   for (const char* key : keys) {
     if (const auto field = fields.optional(key)) {
-      field->fail(
-          fmt::format("goes with scheme {}, and this one is {}", name_in(schemes, scheme), name_in(schemes, own.scheme)));
+      field->fail(fmt::format("goes with scheme {}, and this one is {}", word(scheme), word(own.scheme)));
     }
   }
 }
 
 template <class Number>
-std::string words_of(const std::optional<Number>& number, const char* none) {
+std::string number_or(const std::optional<Number>& number, const char* none) {
   return number ? fmt::format("{}", *number) : none;
 }
 
@@ -45,35 +48,30 @@ void read_substeps(const Fields& fields, Coupling& coupling) {
 
 Coupling read_coupling(const Fields& fields, Method method) {
   Coupling coupling;
-  coupling.scheme = fields.choice("scheme", schemes, Scheme::leapfrog);
+  coupling.method = method;
+  DescribedReader{}.read_fields(fields, coupling);
   read_substeps(fields, coupling);
   if (const auto theta = fields.optional("theta")) coupling.theta = theta->number(half_to_one);
-  coupling.sweeps = fields.choice("sweep", sweep_orders, SweepOrder::symmetric);
-  coupling.lines = fields.choice("lines", line_choices, dvdx::Lines::rows);
-  coupling.method = fields.choice("method", methods, method);
-  coupling.axis = fields.choice("axis", pair_axes, PairAxis::midpoint);
   refuse_keys_of(Scheme::sequential, {"theta", "sweep", "lines"}, coupling, fields);
   refuse_keys_of(Scheme::accumulate, {"method", "axis"}, coupling, fields);
   return coupling;
 }
 
 void check_alike(const Node& node, const Coupling& first, const Coupling& own) {
-  const auto check = [&](const char* key, const std::string& wanted, const std::string& is) {
+  const auto check = [&](std::string_view key, std::string_view wanted, std::string_view is) {
     if (wanted == is) return;
-    const std::string path = node.path() + "." + key;
+    const std::string path = node.path() + "." + std::string(key);
     const bool given = node.json().contains(key);
     const Node at(given ? node.json()[key] : node.json(), path, node.file());
-    at.fail("is " + is + (given ? "" : " where left out") + " and " + wanted +
-            " in the first network: must be alike in all, for they are stepped together");
+    at.fail(fmt::format("is {}{} and {} in the first network: must be alike in all, for they are stepped together", is,
+                        given ? "" : " where left out", wanted));
   };
-  check("scheme", std::string(name_in(schemes, first.scheme)), std::string(name_in(schemes, own.scheme)));
-  check("substeps", words_of(first.substeps, "auto"), words_of(own.substeps, "auto"));
-  check("most_substeps", words_of(first.most_substeps, "none"), words_of(own.most_substeps, "none"));
-  check("theta", words_of(first.theta, "none"), words_of(own.theta, "none"));
-  check("sweep", std::string(name_in(sweep_orders, first.sweeps)), std::string(name_in(sweep_orders, own.sweeps)));
-  check("lines", std::string(name_in(line_choices, first.lines)), std::string(name_in(line_choices, own.lines)));
-  check("method", std::string(name_in(methods, first.method)), std::string(name_in(methods, own.method)));
-  check("axis", std::string(name_in(pair_axes, first.axis)), std::string(name_in(pair_axes, own.axis)));
+  for_each_field<Coupling>([&](const auto& field) {
+    if constexpr (requires { field.range; }) check(field.name, word(first.*field.value), word(own.*field.value));
+  });
+  check("substeps", number_or(first.substeps, "auto"), number_or(own.substeps, "auto"));
+  check("most_substeps", number_or(first.most_substeps, "none"), number_or(own.most_substeps, "none"));
+  check("theta", number_or(first.theta, "none"), number_or(own.theta, "none"));
 }
 
 }  // namespace dvdx::tool

@@ -26,11 +26,6 @@ std::size_t edit_distance(std::string_view a, std::string_view b) {
   return row[b.size()];
 }
 
-bool inside(double value, const Range& range) {
-  const bool least = range.least == Range::Least::included ? value >= range.min : value > range.min;
-  return std::isfinite(value) && least && value <= range.max;
-}
-
 std::string listed(std::span<const std::string_view> words) {
   std::string text;
   for (const auto word : words) text += (text.empty() ? "" : ", ") + std::string(word);
@@ -74,10 +69,8 @@ void Node::fail(std::string_view what) const {
 void Node::refuse(std::string_view valid) const { fail("is " + shown(*value_) + ": must be " + std::string(valid)); }
 
 double Node::number(const Range& range) const {
-  if (!value_->is_number()) refuse(range.text);
-  const auto number = value_->get<double>();
-  if (!inside(number, range)) refuse(range.text);
-  return number;
+  if (!value_->is_number() || !range.holds(value_->get<double>())) refuse(range.in_file);
+  return value_->get<double>();
 }
 
 // 3 and 3.0 are the same number to JSON.

@@ -5,7 +5,6 @@
 #include <cstddef>
 #include <cstdint>
 #include <initializer_list>
-#include <limits>
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <span>
@@ -13,21 +12,9 @@
 #include <string_view>
 #include <vector>
 
-namespace dvdx::tool {
+#include "dvdx/fields.hpp"
 
-// The valid range of a number. NaN and infinities are never valid.
-struct Range {
-  enum class Least { included, excluded };
-  double min = -std::numeric_limits<double>::infinity();
-  double max = std::numeric_limits<double>::infinity();
-  Least least = Least::included;
-  std::string_view text = "a finite number";
-};
-inline constexpr Range any_number{};
-inline constexpr Range not_negative{.min = 0, .text = "a finite number >= 0"};
-inline constexpr Range positive{.min = 0, .least = Range::Least::excluded, .text = "a finite number > 0"};
-inline constexpr Range zero_to_one{.min = 0, .max = 1, .text = "a number from 0 to 1"};
-inline constexpr Range half_to_one{.min = 0.5, .max = 1, .text = "a number from 0.5 to 1"};
+namespace dvdx::tool {
 
 template <class E>
 struct Named {
@@ -59,10 +46,10 @@ class Node {
   // "<file>: <path> <what>"
   [[noreturn]] void fail(std::string_view what) const;
 
-  [[nodiscard]] double number(const Range& range = any_number) const;
+  [[nodiscard]] double number(const Range& range = Range::finite) const;
   [[nodiscard]] std::uint64_t whole(std::uint64_t min, std::uint64_t max) const;
   [[nodiscard]] std::string text() const;
-  [[nodiscard]] std::array<double, 3> vector(const Range& range = any_number) const;
+  [[nodiscard]] std::array<double, 3> vector(const Range& range = Range::finite) const;
   [[nodiscard]] std::array<double, 3> direction() const;                            // a vector that is not zero
   [[nodiscard]] std::size_t choice(std::span<const std::string_view> names) const;  // the index of the name
 

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "scene_io/air_reader.hpp"
+#include "scene_io/described.hpp"
 
 namespace dvdx::tool {
 namespace {
@@ -27,11 +28,8 @@ GridKeys read_grid(const Fields& fields) {
   keys.origin = fields.required("origin").vector();
   grid.edge_u = edge_of(fields.required("edge_u"), grid.columns);
   grid.edge_v = edge_of(fields.required("edge_v"), grid.rows);
-  keys.mass = fields.required("mass").number(positive);
-  grid.structural = fields.number("structural", not_negative, 0);
-  grid.shear = fields.number("shear", not_negative, 0);
-  grid.bend = fields.number("bend", not_negative, 0);
-  grid.damping = fields.number("damping", not_negative, 0);
+  keys.mass = fields.required("mass").number(Range::positive);
+  DescribedReader{}.read_fields(fields, grid);
   grid.aerodynamics = read_aerodynamics(fields);
   if (grid.aerodynamics && (grid.rows == 1 || grid.columns == 1)) {
     fields.required("aerodynamics").fail("is there, and a grid of one row or one column has no triangles: must be left out");

@@ -2,11 +2,11 @@
 
 #include <fmt/format.h>
 
+#include "scene_io/described.hpp"
+
 namespace dvdx::tool {
 namespace {
 
-constexpr std::uint64_t most_rounds = 64;
-constexpr std::uint64_t most_neighbours = 255;
 constexpr std::uint64_t most_group = 1023;
 
 std::uint16_t read_group(const Node& node) { return static_cast<std::uint16_t>(node.whole(0, most_group)); }
@@ -42,9 +42,7 @@ MeetGroups read_groups(const Node& node, const Population& population) {
 void read_meet(const Fields& scene, SceneFile& file, const Population& population) {
   const auto node = scene.optional("meet");
   if (!node) return;
-  const Fields fields(*node, "meet",
-                      {"radius", "thickness", "part_of_cells", "restitution", "friction", "rounds", "most_neighbours",
-                       "apart_at_start", "groups"});
+  const Fields fields = fields_of<Meet>(*node);
   const auto radius = fields.optional("radius");
   const auto thickness = fields.optional("thickness");
   const auto part = fields.optional("part_of_cells");
@@ -53,22 +51,17 @@ void read_meet(const Fields& scene, SceneFile& file, const Population& populatio
   if (thickness && part) part->refuse("left out beside thickness: cloth has one thickness, or one of each cell");
   if (!radius && !thickness && !part) node->fail("has none of radius, thickness and part_of_cells: must have one of them");
   Meet meet;
-  if (radius) meet.radius = read_scalars(*radius, population, positive);
+  if (radius) meet.radius = read_scalars(*radius, population, Range::positive);
   if (thickness) {
-    meet.thickness = thickness->number(positive);
+    meet.thickness = thickness->number(Range::positive);
     if (file.scene.networks.empty()) thickness->refuse("left out of a scene without networks: balls have a radius");
   }
   if (part) {
-    meet.part_of_cells = part->number(positive);
+    meet.part_of_cells = part->number(Range::positive);
     if (!(*meet.part_of_cells < 1)) part->refuse("a number > 0 and < 1");
     if (file.scene.networks.empty()) part->refuse("left out of a scene without networks: balls have a radius");
   }
-  meet.restitution = fields.number("restitution", zero_to_one, meet.restitution);
-  meet.friction = fields.number("friction", not_negative, meet.friction);
-  if (const auto rounds = fields.optional("rounds")) meet.rounds = static_cast<int>(rounds->whole(1, most_rounds));
-  if (const auto most = fields.optional("most_neighbours")) {
-    meet.most_neighbours = static_cast<int>(most->whole(1, most_neighbours));
-  }
+  DescribedReader{}.read_fields(fields, meet);
   if (const auto apart = fields.optional("apart_at_start")) {
     if (!apart->json().is_boolean()) apart->refuse("true or false");
     meet.near_at_start = apart->json().get<bool>() ? NearAtStart::pass : NearAtStart::meet;

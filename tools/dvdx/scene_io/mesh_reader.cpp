@@ -60,12 +60,12 @@ Springs springs_of(const MeshFile& mesh, std::size_t first, double edge, double 
 }
 
 void bend_by_angles(const Fields& fields, const MeshFile& mesh, std::size_t first, Springs& springs) {
-  const double modulus = fields.number("bending", not_negative, 0);
+  const double modulus = fields.number("bending", Range::non_negative, 0);
   if (modulus == 0) return;
   const auto node = fields.required("bending");
   const Scheme scheme = fields.choice("scheme", schemes, Scheme::leapfrog);
   if (scheme != Scheme::leapfrog && scheme != Scheme::fourth_order && scheme != Scheme::automatic) {
-    node.fail("is " + shown(node.json()) + " in the scheme " + std::string(name_in(schemes, scheme)) +
+    node.fail("is " + shown(node.json()) + " in the scheme " + std::string(word(scheme)) +
               ": must be left out of another scheme than leapfrog and fourth_order");
   }
   for (const char* key : {"broken", "tears_at"}) {

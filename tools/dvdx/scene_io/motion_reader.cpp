@@ -5,17 +5,18 @@
 #include <algorithm>
 #include <map>
 
+#include "scene_io/described.hpp"
+
 namespace dvdx::tool {
 namespace {
 
 MotionKey read_key(const Node& node) {
-  const Fields fields(node, "a key of a motion", {"time", "translation", "rotation", "jump"});
-  const auto jump = fields.optional("jump");
-  if (jump && !jump->json().is_boolean()) jump->refuse("true or false");
-  return {.time = fields.required("time").number(),
-          .translation = fields.vector("translation", {}),
-          .rotation = fields.vector("rotation", {}),
-          .arrival = jump && jump->json().get<bool>() ? Arrival::jump : Arrival::moving};
+  auto key = DescribedReader{}.read<MotionKey>(node);
+  if (!node.json().contains("jump")) return key;
+  const auto jump = node.at("jump");
+  if (!jump.json().is_boolean()) jump.refuse("true or false");
+  if (jump.json().get<bool>()) key.arrival = Arrival::jump;
+  return key;
 }
 
 Motion read_motion(const Node& node) {

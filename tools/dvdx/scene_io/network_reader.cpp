@@ -52,9 +52,9 @@ Springs read_springs(const Fields& fields, const Population& population) {
   auto pairs = read_pairs(fields.required("pairs"), population);
   const auto of_pairs = population_of(pairs, population);
   return {.pairs = std::move(pairs),
-          .stiffness = read_scalars(fields.required("stiffness"), of_pairs, not_negative),
-          .rest_length = read_lengths(fields.required("rest_length"), of_pairs, not_negative),
-          .damping = fields.number("damping", not_negative, 0)};
+          .stiffness = read_scalars(fields.required("stiffness"), of_pairs, Range::non_negative),
+          .rest_length = read_lengths(fields.required("rest_length"), of_pairs, Range::non_negative),
+          .damping = fields.number("damping", Range::non_negative, 0)};
 }
 
 void add_torn(const Fields& fields, const Population& population, Network network, SceneFile& file) {
@@ -200,7 +200,8 @@ void NetworkReader::make_grid(const Node& node, MadeNetwork& made) {
   } else if (auto rope = rope_of(grid); !rope.pairs.empty()) {
     made.network = std::move(rope);
   }
-  if (const auto limit = fields.optional("strain_limit")) made.strain_limit = limit_of(grid, limit->number(not_negative));
+  if (const auto limit = fields.optional("strain_limit"))
+    made.strain_limit = limit_of(grid, limit->number(Range::non_negative));
   if (topology_ == ReadTopology::yes) made.topology = topology_of(grid, made.first_number);
 }
 
@@ -265,15 +266,15 @@ void NetworkReader::look_at_units(const Node& sheet, std::span<const Vec3> hull,
 
 void NetworkReader::make_mesh(const Node& node, MadeNetwork& made) {
   const auto fields = fields_of(node);
-  const double mass = fields.required("mass").number(positive);
-  const double edge = fields.number("edge", not_negative, 0);
-  const double bend = fields.number("bend", not_negative, 0);
+  const double mass = fields.required("mass").number(Range::positive);
+  const double edge = fields.number("edge", Range::non_negative, 0);
+  const double bend = fields.number("bend", Range::non_negative, 0);
   const auto source = mesh_of(fields.required("file"), folder_);
   auto [mesh, numbering, facts] = welded(fields, source);
   look_at(node, facts);
   check_room(node, made.first_number + source.vertices.size(), room_);
   auto springs = springs_of(mesh, made.first, edge, bend);
-  springs.damping = fields.number("damping", not_negative, 0);
+  springs.damping = fields.number("damping", Range::non_negative, 0);
   bend_by_angles(fields, mesh, made.first, springs);
   springs.aerodynamics = read_aerodynamics(fields);
   springs.triangles = triangles_of(mesh.faces, made.first);
@@ -282,7 +283,7 @@ void NetworkReader::make_mesh(const Node& node, MadeNetwork& made) {
   }
   if (!springs.pairs.empty() || springs.aerodynamics) made.network = std::move(springs);
   if (const auto limit = fields.optional("strain_limit")) {
-    made.strain_limit = limit_of(mesh, made.first, limit->number(not_negative));
+    made.strain_limit = limit_of(mesh, made.first, limit->number(Range::non_negative));
   }
   if (topology_ == ReadTopology::yes) made.topology = topology_of(source, made.first_number);
   const std::size_t count = mesh.vertices.size();

@@ -109,8 +109,8 @@ std::vector<Vec3> lattice_vectors(const Node& node, const Population& population
   const auto min = fields.required("min");
   const auto max = fields.required("max");
   const Vec3 low = min.vector(), high = max.vector();
-  const double spacing = fields.required("spacing").number(positive);
-  const double jitter = fields.number("jitter", not_negative, 0);
+  const double spacing = fields.required("spacing").number(Range::positive);
+  const double jitter = fields.number("jitter", Range::non_negative, 0);
   const std::uint64_t seed = jitter > 0 ? seed_of(fields) : 0;
   std::array<std::size_t, 3> points{};
   for (std::size_t axis = 0; axis < 3; ++axis) {
@@ -170,10 +170,9 @@ std::vector<double> scalars_from_file(const Node& node, const Population& popula
   auto values = from_file(node, population, "numbers", read_numbers);
   for (std::size_t i = 0; i < values.size(); ++i) {
     const nlohmann::json value = values[i];
-    const bool valid = range.least == Range::Least::included ? values[i] >= range.min : values[i] > range.min;
-    if (valid && values[i] <= range.max) continue;
+    if (range.holds(values[i])) continue;
     fail_file(node, "number " + std::to_string(population.run().first + i) + " is " + shown(value) + ": must be " +
-                        std::string(range.text));
+                        std::string(range.in_file));
   }
   return values;
 }
@@ -230,7 +229,7 @@ Vectors read_vectors(const Node& node, const Population& population) {
 
 Scalars read_scalars(const Node& node, const Population& population, const Range& range) {
   if (node.json().is_number()) return node.number(range);
-  const auto [form, given] = given_by(node, std::string(range.text) + " or an object with one of values, uniform, file",
+  const auto [form, given] = given_by(node, std::string(range.in_file) + " or an object with one of values, uniform, file",
                                       {"values", "uniform", "file"});
   if (form == Form::values) return by_particle(listed_scalars(given, population, range), population);
   if (form == Form::uniform) return by_particle(uniform_scalars(given, population, range), population);

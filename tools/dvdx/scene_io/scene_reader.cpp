@@ -9,9 +9,9 @@
 #include "scene_io/constraint_reader.hpp"
 #include "scene_io/contact_reader.hpp"
 #include "scene_io/coupling_reader.hpp"
+#include "scene_io/described.hpp"
 #include "scene_io/fault.hpp"
 #include "scene_io/file_text.hpp"
-#include "scene_io/force_reader.hpp"
 #include "scene_io/json_text.hpp"
 #include "scene_io/meet_reader.hpp"
 #include "scene_io/motion_reader.hpp"
@@ -39,7 +39,7 @@ void check_format(const Node& root) {
 }
 
 double read_duration(const Node& node, double step) {
-  const double duration = node.number(not_negative);
+  const double duration = node.number(Range::non_negative);
   const auto steps = steps_in(duration, step);
   if (!steps) node.refuse(steps.error());
   return duration;
@@ -57,7 +57,7 @@ void read_own_particles(const Fields& fields, SceneFile& file, Population& popul
   }
   const auto [first, here] = population.run();
   file.particles = {.count = here, .first = first, .elsewhere = population.count - here};
-  if (const auto mass = particles.optional("mass")) file.scene.mass = read_scalars(*mass, population, positive);
+  if (const auto mass = particles.optional("mass")) file.scene.mass = read_scalars(*mass, population, Range::positive);
   if (const auto node = particles.optional("position")) file.particles.position = read_vectors(*node, population);
   if (const auto node = particles.optional("velocity")) file.particles.velocity = read_vectors(*node, population);
 }
@@ -134,7 +134,7 @@ SceneFile scene_of(const std::string& path, const json& root, const ReadOptions&
   (void)fields.required("format");
   file.name = fields.required("name").text();
   if (const auto about = fields.optional("about")) file.about = about->text();
-  file.step = fields.required("step").number(positive);
+  file.step = fields.required("step").number(Range::positive);
   file.duration = read_duration(fields.required("duration"), file.step);
   file.scene.method = fields.choice("method", methods, Method::combined);
   SceneFolder folder(std::filesystem::path(path).parent_path());
@@ -142,8 +142,9 @@ SceneFile scene_of(const std::string& path, const json& root, const ReadOptions&
   const auto networks = read_particles_and_networks(fields, file, population, options);
   const auto motions = read_motions(fields, file.scene);
   file.motions = motions.all();
+  const DescribedReader reader{.population = &population, .motions = &motions};
   if (const auto forces = fields.optional("forces")) {
-    for (const auto& force : forces->elements("a list of forces")) file.scene.add(read_force(force, population));
+    for (const auto& force : forces->elements("a list of forces")) file.scene.add(reader.read_one_of<Force>(force, "force"));
   }
   if (const auto contacts = fields.optional("contacts")) {
     for (const auto& contact : contacts->elements("a list of contacts")) file.scene.add(read_contact(contact, motions, folder));
@@ -168,7 +169,7 @@ SceneFile scene_of(const std::string& path, const json& root, const ReadOptions&
   read_skins(fields, file.scene, population, motions, networks);
   read_tethers(fields, file.scene);
   read_meet(fields, file, population);
-  file.scene.faces = fields.choice("faces", face_choices, Faces::automatic);
+  file.scene.faces = fields.choice("faces", named_choices<Faces>, Faces::automatic);
   if (const auto wind = fields.optional("wind")) file.scene.wind = read_wind(*wind);
   if (const auto origin = fields.optional("origin")) read_origin(*origin, file);
   read_turnover(fields, file, motions, room_for_live(root, options));

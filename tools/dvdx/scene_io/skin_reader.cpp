@@ -5,6 +5,8 @@
 #include <map>
 #include <numeric>
 
+#include "scene_io/described.hpp"
+
 namespace dvdx::tool {
 namespace {
 
@@ -80,8 +82,8 @@ std::vector<Vec3> read_normals(const Node& node, const NamedParticles& held) {
 Backstop read_backstop(const Node& node, const NamedParticles& held) {
   const Fields fields(node, "a back-stop", {"normals", "offset", "radius"});
   Backstop backstop{.normals = read_normals(fields.required("normals"), held),
-                    .radius = read_of_skin(fields.required("radius"), held, positive)};
-  if (const auto offset = fields.optional("offset")) backstop.offset = read_of_skin(*offset, held, any_number);
+                    .radius = read_of_skin(fields.required("radius"), held, Range::positive)};
+  if (const auto offset = fields.optional("offset")) backstop.offset = read_of_skin(*offset, held, Range::finite);
   return backstop;
 }
 
@@ -98,7 +100,7 @@ void read_skins(const Fields& fields, Scene& scene, const Population& population
     const NamedParticles held = named_by(read_numbers(ids, population, networks), population);
     Skin skin{.particles = held.particles};
     if (const auto points = of.optional("points")) skin.points = read_points(*points, held);
-    if (const auto at_most = of.optional("at_most")) skin.at_most = read_of_skin(*at_most, held, not_negative);
+    if (const auto at_most = of.optional("at_most")) skin.at_most = read_of_skin(*at_most, held, Range::non_negative);
     if (const auto backstop = of.optional("backstop")) skin.backstop = read_backstop(*backstop, held);
     if (const auto motion = of.optional("motion")) skin.motion = motions.index_of(*motion);
     for (const std::size_t id : skin.particles) {
@@ -115,12 +117,12 @@ void read_tethers(const Fields& fields, Scene& scene) {
   const auto list = fields.optional("tethers");
   if (!list) return;
   for (const auto& node : list->elements("a list of tethers")) {
-    const Fields of(node, "tethers", {"network", "stretch"});
+    const Fields of = fields_of<Tethers>(node);
     Tethers tethers;
     const auto network = of.optional("network");
     if (scene.networks.empty()) list->refuse("left out of a scene without networks");
     if (network) tethers.network = network->whole(0, scene.networks.size() - 1);
-    tethers.stretch = of.number("stretch", {.min = 1, .text = "a finite number >= 1"}, 1);
+    DescribedReader{}.read_fields(of, tethers);
     scene.add(tethers);
   }
 }

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <limits>
 
+#include "scene_io/described.hpp"
 #include "scene_io/fault.hpp"
 #include "scene_io/json_text.hpp"
 
@@ -17,14 +18,13 @@ constexpr std::size_t most_boundaries = 8;
 
 enum class Shape { point, disc, box };
 constexpr std::array<Named<Shape>, 3> shapes{{{"point", Shape::point}, {"disc", Shape::disc}, {"box", Shape::box}}};
-constexpr std::array<Named<NotFinite>, 2> treatments{{{"kept", NotFinite::kept}, {"removed", NotFinite::removed}}};
-constexpr std::array<Named<SurvivorOrder>, 2> survivor_orders{{{"kept", SurvivorOrder::kept}, {"any", SurvivorOrder::any}}};
 
-std::vector<std::string_view> emitter_keys(std::initializer_list<std::string_view> own) {
+// The keys of a shape, and those that all emitters have.
+Fields emitter_fields(const Node& node, std::string_view what, std::initializer_list<std::string_view> own) {
   std::vector<std::string_view> keys{"type"};
   keys.insert(keys.end(), own);
-  keys.insert(keys.end(), {"rate", "start", "end", "velocity", "spread", "lifetime", "seed", "motion"});
-  return keys;
+  for_each_field<Emitter>([&](const auto& field) { keys.push_back(field.name); });
+  return {node, what, std::move(keys)};
 }
 
 Vec3 direction(const Node& node) {
@@ -47,36 +47,33 @@ Box read_box(const Fields& fields) {
 
 void read_lifetime(const Node& node, Emitter& emitter) {
   if (!node.json().is_object()) {
-    emitter.least_lifetime = emitter.most_lifetime = node.number(positive);
+    emitter.least_lifetime = emitter.most_lifetime = node.number(Range::positive);
     return;
   }
   const Fields fields(node, "a range of lifetimes", {"min", "max"});
   const auto min = fields.required("min");
   const auto max = fields.required("max");
-  emitter.least_lifetime = min.number(positive);
-  emitter.most_lifetime = max.number(positive);
+  emitter.least_lifetime = min.number(Range::positive);
+  emitter.most_lifetime = max.number(Range::positive);
   if (emitter.least_lifetime > emitter.most_lifetime) min.refuse("at most max, which is " + shown(max.json()));
 }
 
 // The fields that all emitters have, whatever their shape.
 Emitter with_births(Emitter emitter, const Fields& fields, const MotionNames& motions) {
-  emitter.rate = fields.required("rate").number(not_negative);
-  emitter.start = fields.number("start", any_number, 0);
+  DescribedReader{.motions = &motions}.read_fields(fields, emitter);
   if (const auto end = fields.optional("end")) {
     emitter.end = end->number();
     if (emitter.end < emitter.start) end->refuse(fmt::format("at least start, which is {}", emitter.start));
   }
-  emitter.velocity = fields.vector("velocity", {});
   if (const auto spread = fields.optional("spread")) {
     if (spread->json().is_array()) {
-      emitter.spread = spread->vector(not_negative);
+      emitter.spread = spread->vector(Range::non_negative);
     } else {
-      emitter.spread = spread->number(not_negative);
+      emitter.spread = spread->number(Range::non_negative);
     }
   }
   if (const auto lifetime = fields.optional("lifetime")) read_lifetime(*lifetime, emitter);
   emitter.seed = fields.required("seed").whole(0, any_seed);
-  if (const auto motion = fields.optional("motion")) emitter.motion = motions.index_of(*motion);
   return emitter;
 }
 
@@ -88,19 +85,19 @@ Emitter read_emitter(const Node& node, const MotionNames& motions) {
   Emitter emitter;
   switch (node.at("type").choice(shapes)) {
     case Shape::point: {
-      const Fields fields(node, "a point that emits", emitter_keys({"at"}));
+      const Fields fields = emitter_fields(node, "a point that emits", {"at"});
       emitter.shape = fields.required("at").vector();
       return with_births(emitter, fields, motions);
     }
     case Shape::disc: {
-      const Fields fields(node, "a disc that emits", emitter_keys({"center", "normal", "radius"}));
+      const Fields fields = emitter_fields(node, "a disc that emits", {"center", "normal", "radius"});
       emitter.shape = Disc{.center = fields.required("center").vector(),
                            .normal = direction(fields.required("normal")),
-                           .radius = fields.required("radius").number(not_negative)};
+                           .radius = fields.required("radius").number(Range::non_negative)};
       return with_births(emitter, fields, motions);
     }
     case Shape::box: {
-      const Fields fields(node, "a box that emits", emitter_keys({"min", "max"}));
+      const Fields fields = emitter_fields(node, "a box that emits", {"min", "max"});
       emitter.shape = read_box(fields);
       return with_births(emitter, fields, motions);
     }
@@ -109,8 +106,9 @@ Emitter read_emitter(const Node& node, const MotionNames& motions) {
 }
 
 Removal read_removal(const Node& node) {
-  const Fields fields(node, "a removal", {"boundaries", "outside", "not_finite", "order"});
+  const Fields fields = fields_of<Removal>(node);
   Removal removal;
+  DescribedReader{}.read_fields(fields, removal);
   if (const auto boundaries = fields.optional("boundaries")) {
     const auto list = boundaries->elements("a list of boundaries");
     if (list.size() > most_boundaries) {
@@ -124,8 +122,6 @@ Removal read_removal(const Node& node) {
   if (const auto outside = fields.optional("outside")) {
     removal.outside = read_box(Fields(*outside, "a box", {"min", "max"}));
   }
-  removal.not_finite = fields.choice("not_finite", treatments, NotFinite::kept);
-  removal.order = fields.choice("order", survivor_orders, SurvivorOrder::kept);
   return removal;
 }
 

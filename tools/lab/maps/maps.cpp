@@ -81,7 +81,7 @@ std::vector<AnchoredFamily> anchored_families(Detail detail) {
 }
 
 GrowthMap map_of(const AnchoredFamily& family, Method method, Arithmetic arithmetic) {
-  GrowthMap map = blank(family, std::string(name_in(methods, method)));
+  GrowthMap map = blank(family, std::string(word(method)));
   fill(
       map, family.cell_at, [&](const Anchored& cell) { return spectral_radius(step_matrix(cell, method, h)); },
       [&](const std::vector<Anchored>& all) { return measured_growth(all, method, arithmetic); });

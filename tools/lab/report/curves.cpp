@@ -17,7 +17,7 @@ std::vector<Curve> curves_of(const SceneFile& file) {
   for (const auto scheme : {Scheme::leapfrog, Scheme::fourth_order}) {
     auto coupling = base;
     coupling.scheme = scheme;
-    add(std::string(name_in(schemes, scheme)), coupling);
+    add(std::string(word(scheme)), coupling);
   }
   auto sequential = base;
   sequential.scheme = Scheme::sequential;
@@ -46,9 +46,9 @@ std::vector<Curve> curves_of(const SceneFile& file) {
 
 std::vector<Curve> races_of(const SceneFile& file, Arithmetic asked) {
   std::vector<Curve> races;
-  for (const auto& [word, arithmetic] : arithmetics) {
+  for (const auto& [spelling, arithmetic] : arithmetics) {
     if (arithmetic == asked) continue;
-    const std::string name = std::string(name_in(schemes, file.scene.coupling.scheme)).append(", ").append(word);
+    const std::string name = std::string(word(file.scene.coupling.scheme)).append(", ").append(spelling);
     races.push_back({.name = name, .coupling = file.scene.coupling, .arithmetic = arithmetic});
     races.back().coupling.substeps.reset();
   }
@@ -85,10 +85,10 @@ Coupled described(const SceneFile& file, const Curve& curve) {
   const auto& coupling = curve.coupling;
   const bool is_sequential = coupling.scheme == Scheme::sequential;
   const bool is_accumulate = coupling.scheme == Scheme::accumulate;
-  return {.scheme = std::string(name_in(schemes, coupling.scheme)),
-          .method = std::string(name_in(methods, is_accumulate ? coupling.method : file.scene.method)),
-          .sweep = std::string(is_sequential ? name_in(sweep_orders, coupling.sweeps) : ""),
-          .axis = std::string(is_accumulate ? name_in(pair_axes, coupling.axis) : ""),
+  return {.scheme = std::string(word(coupling.scheme)),
+          .method = std::string(word(is_accumulate ? coupling.method : file.scene.method)),
+          .sweep = std::string(is_sequential ? word(coupling.sweeps) : ""),
+          .axis = std::string(is_accumulate ? word(coupling.axis) : ""),
           .theta = is_sequential ? coupling.theta : std::nullopt};
 }
 

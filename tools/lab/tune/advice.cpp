@@ -22,14 +22,14 @@ std::string advice_from(const std::vector<Change>& changes, double goal, const s
 
 // From the boldest to what differs least from the whole.
 Part advice_on_force(const Scene& scene, std::size_t index, const Candidate& choice, double goal, const ErrorsOf& errors) {
-  Part part{.index = index, .type = std::string(force_types[scene.forces[index].index()].name), .advice = {}, .changes = {}};
+  Part part{.index = index, .type = std::string(type_words<Force>[scene.forces[index].index()]), .advice = {}, .changes = {}};
   const auto try_change = [&](const std::string& name, const std::function<void(Scene&)>& change) {
     part.changes.push_back({.name = name, .outcome = errors(change)});
   };
   try_change("left_out", [index](Scene& s) { leave_out(s.forces, index); });
   const auto try_method = [&](Method method) {
     if (method == choice.method) return;
-    try_change(std::string(name_in(methods, method)),
+    try_change(std::string(word(method)),
                [index, method](Scene& s) { std::visit([method](auto& force) { force.method = method; }, s.forces[index]); });
   };
   try_method(Method::symplectic_euler);
@@ -37,7 +37,7 @@ Part advice_on_force(const Scene& scene, std::size_t index, const Candidate& cho
     try_change("first_order", [index](Scene& s) { std::get<Drag>(s.forces[index]).expansion = Expansion::first_order; });
   }
   for (const auto method : {Method::pulse, Method::average_acceleration, Method::exact}) try_method(method);
-  part.advice = advice_from(part.changes, goal, std::string(name_in(methods, choice.method)));
+  part.advice = advice_from(part.changes, goal, std::string(word(choice.method)));
   return part;
 }
 
@@ -49,12 +49,12 @@ Part advice_on_contact(const Scene& scene, std::size_t index, double goal, const
   const auto other = sweep == ContactPath::curve ? ContactPath::line : ContactPath::curve;
   const auto swap = [index, other](Scene& s) { std::visit([other](auto& c) { c.sweep = other; }, s.contacts[index]); };
   Part part{.index = index,
-            .type = std::string(contact_types[contact.index()].name),
-            .advice = std::string(name_in(sweeps, sweep)),
+            .type = std::string(type_words<Contact>[contact.index()]),
+            .advice = std::string(word(sweep)),
             .changes = {}};
   part.changes.push_back(
       {.name = "left_out", .outcome = errors([index](Scene& s) { leave_out(s.contacts, index); }), .cost_ratio = 0});
-  Change swapped{.name = std::string(name_in(sweeps, other)), .outcome = errors(swap), .cost_ratio = 0};
+  Change swapped{.name = std::string(word(other)), .outcome = errors(swap), .cost_ratio = 0};
   if (swapped.outcome.ran()) swapped.cost_ratio = cost_ratio(swap);
   constexpr double worth = 0.97;
   const bool helps = swapped.outcome.keeps(goal) && swapped.cost_ratio < worth;

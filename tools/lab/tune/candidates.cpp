@@ -139,15 +139,15 @@ Scene scene_of(Scene scene, const Candidate& candidate) {
 }
 
 std::string text_of(const Candidate& candidate) {
-  std::string text(name_in(methods, candidate.method));
+  std::string text(word(candidate.method));
   if (const auto& coupling = candidate.coupling) {
-    text = std::string(name_in(schemes, coupling->scheme));
+    text = std::string(word(coupling->scheme));
     if (coupling->scheme == Scheme::sequential) {
       if (coupling->theta) text += fmt::format(" theta {}", *coupling->theta);
-      text += fmt::format(" {}", name_in(sweep_orders, coupling->sweeps));
+      text += fmt::format(" {}", word(coupling->sweeps));
     }
     if (coupling->scheme == Scheme::accumulate) {
-      text += fmt::format(" {} {}", name_in(methods, coupling->method), name_in(pair_axes, coupling->axis));
+      text += fmt::format(" {} {}", word(coupling->method), word(coupling->axis));
     }
   }
   if (candidate.expansion == Expansion::first_order) text += ", first-order drag";

@@ -26,20 +26,20 @@ Json trial_json(const Trial& trial) {
   const auto& candidate = trial.candidate;
   const auto& coupling = candidate.coupling;
   Json json{{"curve", trial.ladder},
-            {"method", name_in(methods, candidate.method)},
-            {"scheme", coupling ? Json(name_in(schemes, coupling->scheme)) : Json(nullptr)},
+            {"method", word(candidate.method)},
+            {"scheme", coupling ? Json(word(coupling->scheme)) : Json(nullptr)},
             {"step", candidate.step},
             {"substeps", candidate.substeps()},
             {"theta", nullptr},
             {"precision", name_in(precisions, candidate.precision)},
-            {"expansion", name_in(expansions, candidate.expansion)}};
+            {"expansion", word(candidate.expansion)}};
   if (coupling && coupling->scheme == Scheme::sequential) {
     if (coupling->theta) json["theta"] = *coupling->theta;
-    json["sweep"] = name_in(sweep_orders, coupling->sweeps);
+    json["sweep"] = word(coupling->sweeps);
   }
   if (coupling && coupling->scheme == Scheme::accumulate) {
-    json["pair_method"] = name_in(methods, coupling->method);
-    json["axis"] = name_in(pair_axes, coupling->axis);
+    json["pair_method"] = word(coupling->method);
+    json["axis"] = word(coupling->axis);
   }
   json["error"] = error_json(trial.outcome);
   const bool has_cost = trial.cost.ns_per_particle_step > 0;

@@ -22,30 +22,30 @@ bool is_accumulate(const Candidate& candidate) {
 
 // The settings by which a candidate differs from a scene that says nothing, apart from step and precision.
 std::vector<Setting> settings_of(const SceneOptions& options, const SceneFile& file, const Candidate& candidate) {
-  std::vector<Setting> settings{{"method", std::string(name_in(methods, candidate.method))}};
+  std::vector<Setting> settings{{"method", std::string(word(candidate.method))}};
   for (std::size_t n = 0; n < file.scene.forces.size(); ++n) {
     const auto& force = file.scene.forces[n];
     const auto path = fmt::format("forces[{}].", n);
     if (std::visit([](const auto& each) { return each.method.has_value(); }, force)) {
-      settings.emplace_back(path + "method", name_in(methods, candidate.method));
+      settings.emplace_back(path + "method", word(candidate.method));
     }
     const auto* drag = std::get_if<Drag>(&force);
     if (drag != nullptr && drag->expansion != candidate.expansion) {
-      settings.emplace_back(path + "expansion", name_in(expansions, candidate.expansion));
+      settings.emplace_back(path + "expansion", word(candidate.expansion));
     }
   }
   if (!candidate.coupling) return settings;
   const auto& coupling = *candidate.coupling;
   for (const auto& path : network_paths(options)) {
-    settings.emplace_back(path + ".scheme", name_in(schemes, coupling.scheme));
+    settings.emplace_back(path + ".scheme", word(coupling.scheme));
     settings.emplace_back(path + ".substeps", std::to_string(candidate.substeps()));
     if (coupling.scheme == Scheme::sequential) {
       if (coupling.theta) settings.emplace_back(path + ".theta", fmt::format("{}", *coupling.theta));
-      settings.emplace_back(path + ".sweep", name_in(sweep_orders, coupling.sweeps));
+      settings.emplace_back(path + ".sweep", word(coupling.sweeps));
     }
     if (is_accumulate(candidate)) {
-      settings.emplace_back(path + ".method", name_in(methods, coupling.method));
-      settings.emplace_back(path + ".axis", name_in(pair_axes, coupling.axis));
+      settings.emplace_back(path + ".method", word(coupling.method));
+      settings.emplace_back(path + ".axis", word(coupling.axis));
     }
   }
   return settings;
@@ -92,9 +92,9 @@ std::vector<std::string> run_options(const SceneOptions& options, const SceneFil
   add("--precision", std::string(name_in(precisions, candidate.precision)));
   // Pairs that have a method of their own would lose it to --method.
   const bool by_options = !is_accumulate(candidate);
-  if (by_options) add("--method", std::string(name_in(methods, candidate.method)));
+  if (by_options) add("--method", std::string(word(candidate.method)));
   if (by_options && candidate.coupling) {
-    add("--scheme", std::string(name_in(schemes, candidate.coupling->scheme)));
+    add("--scheme", std::string(word(candidate.coupling->scheme)));
     add("--substeps", std::to_string(candidate.substeps()));
   }
   for (const auto& [path, value] : settings_of(options, file, candidate)) {
