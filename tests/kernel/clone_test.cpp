@@ -139,7 +139,7 @@ TEST_CASE("clone: a clone takes a workspace of memory, and none of the scene's")
     const std::size_t of_workspace = plan->workspace().bytes();
     bytes = 0;
     const Plan<float> clone = plan->clone();
-    CHECK(bytes + with.scene.fixed.size() * sizeof(Held<float>) == of_workspace);
+    CHECK(bytes + with.scene.fixed.size() * sizeof(PinnedState<float>) == of_workspace);
     // Positions and velocities of 4096 particles, padded; sweeps keep shifts, forces and distances of 24 000 springs besides.
     CHECK(bytes < (scheme == Scheme::leapfrog ? 250'000 : 900'000));
   }

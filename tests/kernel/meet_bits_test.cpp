@@ -13,7 +13,7 @@
 #include <vector>
 
 #include "kernel/meeting.hpp"
-#include "plan/joints.hpp"
+#include "plan/compiled_network.hpp"
 #include "support/isas.hpp"
 #include "support/threads.hpp"
 

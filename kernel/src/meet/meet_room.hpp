@@ -23,7 +23,7 @@ inline constexpr std::size_t slices_per_meeting_task = particles_per_meeting_tas
 
 // A particle, as the part of a larger scene that steps it tells it to the others at the end of a sub-step.
 template <class T>
-struct ToldParticle {
+struct SharedParticle {
   Point<T> start{}, end{}, velocity{};  // m, m, m/s
   T w = 0;                              // 1/kg
 };
@@ -73,7 +73,7 @@ struct MeetRoom {
         kept_wall_count(wall_count.size()),
         walls_each(shape.walls),
         parts(shape.has_births ? shape.particles : 0, std::uint8_t{1}),
-        told(shape.is_shared ? shape.particles : 0) {}
+        shared(shape.is_shared ? shape.particles : 0) {}
 
   [[nodiscard]] std::size_t bytes() const noexcept {
     constexpr std::size_t each = 6 * sizeof(MeetPush<T>) + sizeof(T) + 14;
@@ -82,7 +82,7 @@ struct MeetRoom {
            (sizeof(T) + 8 + sizeof(MetPair) + sizeof(Pulse<T>)) * wanted.size() + sizeof(Pulse<T>) * pulses.size() +
            sizeof(SumSlice) * slices.size() + (4 + sizeof(T)) * summed.size() + 4 * places.size() +
            sizeof(MeetTask) * tasks.capacity() + (sizeof(MetWall<T>) + sizeof(Pulse<T>) + 4) * walls.size() +
-           sizeof(T) * wall_mu.size() + 7 * wall_count.size() + parts.size() + sizeof(ToldParticle<T>) * told.size();
+           sizeof(T) * wall_mu.size() + 7 * wall_count.size() + parts.size() + sizeof(SharedParticle<T>) * shared.size();
   }
 
   [[nodiscard]] MetParticles<T> met() const noexcept {
@@ -257,7 +257,7 @@ struct MeetRoom {
   std::size_t walls_each = 0;
   // Whether a particle may still be within another that it was born in, those that are to come too. Empty where none are born.
   std::vector<std::uint8_t> parts{};
-  std::vector<ToldParticle<T>> told{};  // of a part of a larger scene, in the order in which they are told
+  std::vector<SharedParticle<T>> shared{};  // of a part of a larger scene, in the order in which they are told
   std::size_t pair_count = 0;
   std::size_t most = 0;  // pairs of the particle that has most
   std::uint64_t rebuilt = 0, substeps = 0;

@@ -27,22 +27,22 @@ class MeetShare {
 
   // A sub-step begins.
   void begin_driven_paths() const noexcept {
-    over_own([&](std::size_t k, ToldParticle<T>& told) { told.start = at(work_.x, k); });
+    over_own([&](std::size_t k, SharedParticle<T>& shared) { shared.start = at(work_.x, k); });
   }
   // Its flows have ended: the room learns of all.
-  void tell(const std::vector<T>& radii, const ParallelFor& parallel) const noexcept {
-    over_own([&](std::size_t k, ToldParticle<T>& told) {
-      told.end = at(work_.x, k);
-      told.velocity = at(work_.v, k);
-      told.w = work_.w[order_.of[k]];
+  void exchange(const std::vector<T>& radii, const ParallelFor& parallel) const noexcept {
+    over_own([&](std::size_t k, SharedParticle<T>& shared) {
+      shared.end = at(work_.x, k);
+      shared.velocity = at(work_.v, k);
+      shared.w = work_.w[order_.of[k]];
     });
-    all_.tell(all_.context, static_cast<std::byte*>(static_cast<void*>(room_.told.data())), sizeof(ToldParticle<T>));
+    all_.tell(all_.context, static_cast<std::byte*>(static_cast<void*>(room_.shared.data())), sizeof(SharedParticle<T>));
     over_tasks(parallel, particles(), [&](std::size_t t) {
-      const ToldParticle<T>& told = room_.told[t];
+      const SharedParticle<T>& shared = room_.shared[t];
       const std::uint32_t i = all_.told[t];
-      room_.start[i] = {told.start, radii[i]};
-      room_.end[i].x = told.end;
-      room_.velocity[i] = {told.velocity, told.w};
+      room_.start[i] = {shared.start, radii[i]};
+      room_.end[i].x = shared.end;
+      room_.velocity[i] = {shared.velocity, shared.w};
     });
   }
   // The part's particles, the others' in its halo too, are where the room has them.
@@ -71,7 +71,7 @@ class MeetShare {
   void over_own(const Use& use) const noexcept {
     std::size_t next = all_.first;
     for (std::size_t k = 0; k < all_.numbers.size(); ++k) {
-      if (is_own(k)) use(k, room_.told[next++]);
+      if (is_own(k)) use(k, room_.shared[next++]);
     }
   }
   template <class Use>

@@ -77,7 +77,7 @@ class MeetStep {
     MeetImpacts<T>(of_).bounce();
     MeetContacts<T>(of_).push_apart();
     put_back();
-    if (report_ != nullptr) tell();
+    if (report_ != nullptr) report();
     return Found::all;
   }
 
@@ -90,7 +90,7 @@ class MeetStep {
   }
 
   void take() noexcept {
-    if (share_.is_there()) share_.tell(of_.rules.radii(), of_.parallel);
+    if (share_.is_there()) share_.exchange(of_.rules.radii(), of_.parallel);
     const WayTerms<T> terms{.elements = share_.is_there() ? nullptr : order_.of.data(),
                             .x = {work_.x[0], work_.x[1], work_.x[2]},
                             .v = {work_.v[0], work_.v[1], work_.v[2]},
@@ -248,7 +248,7 @@ class MeetStep {
   }
 
   // The report's part: pushes and impacts that surfaces take here, beside those that the flows tell.
-  void tell() noexcept {
+  void report() noexcept {
     for (std::size_t contact = 0; contact < report_->centers.size() && room_.walls_each != 0; ++contact) {
       std::optional<ContactSums> sums;
       over_reported([&](std::size_t i) {

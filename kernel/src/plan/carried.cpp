@@ -197,7 +197,7 @@ std::vector<double> carried_in(const CompiledScene<A>& scene, JoinedWorkspace<A>
   const auto& a = workspace->work.a;
   const bool is_whose = takes(scene, state.count) && workspace->meet.particles <= met_of(scene, state.count) &&
                         workspace->remembers(state.x[0].base, state.clock);
-  const bool meets = joined->joints().meet != nullptr;
+  const bool meets = joined->network().meet != nullptr;
   const bool remembers = (a[0] != nullptr || meets) && is_whose;
   out(remembers);
   if (remembers && meets) {
@@ -206,7 +206,7 @@ std::vector<double> carried_in(const CompiledScene<A>& scene, JoinedWorkspace<A>
   }
   if (remembers && a[0] != nullptr) {
     std::vector<double> accelerations(3 * state.count);
-    joined->joints().order.for_each([&](std::size_t element, std::size_t particle) {
+    joined->network().order.for_each([&](std::size_t element, std::size_t particle) {
       for (std::size_t axis = 0; axis < 3; ++axis) accelerations[3 * particle + axis] = static_cast<double>(a[axis][element]);
     });
     out.numbers.insert(out.numbers.end(), accelerations.begin(), accelerations.end());
@@ -232,8 +232,8 @@ Expected<void> restore_in(const CompiledScene<A>& scene, JoinedWorkspace<A>* wor
   bool remembers = false;
   in(remembers);
   const auto& a = workspace->work.a;
-  const std::size_t particles = joined->joints().particles();
-  const bool meets = joined->joints().meet != nullptr;
+  const std::size_t particles = joined->network().particles();
+  const bool meets = joined->network().meet != nullptr;
   std::optional<PulsesRead<A>> pulses;
   if (remembers && meets) {
     pulses = read_pulses(in, workspace->meet, std::min(met_of(scene, state.count), met_of(scene, particles)));
@@ -259,8 +259,8 @@ Expected<void> restore_in(const CompiledScene<A>& scene, JoinedWorkspace<A>* wor
   workspace->remember(state.x[0].base, state.clock);
   if (pulses) take_pulses(*pulses, workspace->meet, met_of(scene, state.count));
   if (!accelerates) return {};
-  for (A* const column : a) std::fill_n(column, joined->joints().order.size, A(0));
-  joined->joints().order.for_each([&](std::size_t element, std::size_t particle) {
+  for (A* const column : a) std::fill_n(column, joined->network().order.size, A(0));
+  joined->network().order.for_each([&](std::size_t element, std::size_t particle) {
     for (std::size_t axis = 0; axis < 3; ++axis) a[axis][element] = static_cast<A>(accelerations[3 * particle + axis]);
   });
   return {};

@@ -41,17 +41,18 @@ Scene with_linear_springs(Scene scene) {
 }  // namespace
 
 template <class T>
-Expected<typename CompiledScene<T>::Motion> make_motion(const CompiledScene<T>& compiled, std::shared_ptr<Joints<T>> joints) {
+Expected<typename CompiledScene<T>::Motion> make_motion(const CompiledScene<T>& compiled,
+                                                        std::shared_ptr<CompiledNetwork<T>> compiled_network) {
   const auto made = [](auto motion) -> Expected<typename CompiledScene<T>::Motion> {
     if (auto error = motion->refusal()) return tl::unexpected(*error);
     return motion;
   };
-  if (joints == nullptr) {
+  if (compiled_network == nullptr) {
     return made(std::make_unique<FreeMotion<T>>(compiled.scene, compiled.options, compiled.passes->template of<T>().free,
                                                 compiled.count, compiled.start, compiled.shapes));
   }
   const Stay stay = compiled.particles == Particles::come_and_meet ? Stay::come_and_go : Stay::all;
-  return made(std::make_unique<JoinedMotion<T>>(std::move(joints), compiled.scene, compiled.options, *compiled.passes,
+  return made(std::make_unique<JoinedMotion<T>>(std::move(compiled_network), compiled.scene, compiled.options, *compiled.passes,
                                                 compiled.start, compiled.shapes, stay));
 }
 
@@ -70,11 +71,11 @@ ShapeMemories<T> shapes_of(const std::vector<Contact>& contacts, const CompiledS
   return shapes;
 }
 
-// joints(scene, options, start): those of the same networks and constraints at the same step, where something joins. before:
+// network(scene, options, start): that of the same springs and constraints at the same step, where something joins. before:
 // the scene that this one is a change of, if it is.
-template <class T, class MakeJoints>
+template <class T, class MakeNetwork>
 Expected<SharedScene<T>> build(Scene given, const Options& options, Isa isa, std::optional<std::size_t> count,
-                               std::vector<Vec3> start, Particles particles, const MakeJoints& joints,
+                               std::vector<Vec3> start, Particles particles, const MakeNetwork& compiled_network,
                                const CompiledScene<T>* before) {
   const Passes* passes = find_passes(isa, options.arithmetic);
   auto compiled = std::make_shared<CompiledScene<T>>(with_linear_springs(std::move(given)), options, isa, *passes, count,
@@ -84,9 +85,9 @@ Expected<SharedScene<T>> build(Scene given, const Options& options, Isa isa, std
   if (auto error = check_range<T>(compiled->scene, options, count, compiled->start)) return tl::unexpected(*error);
   if (auto error = check_sweeps(compiled->scene, options.elsewhere, count)) return tl::unexpected(*error);
   if (auto error = check_meet_at_start(compiled->scene, options, compiled->start)) return tl::unexpected(*error);
-  std::shared_ptr<Joints<T>> made;
+  std::shared_ptr<CompiledNetwork<T>> made;
   if (particles != Particles::come_and_go && steps_in_columns(compiled->scene)) {
-    made = joints(compiled->scene, options, compiled->start);
+    made = compiled_network(compiled->scene, options, compiled->start);
   }
   if (made != nullptr) {
     if (auto error = made->refusal(compiled->scene, compiled->start, options.unstable)) return tl::unexpected(*error);
@@ -109,8 +110,8 @@ Expected<SharedScene<T>> build(Scene given, const Options& options, Isa isa, std
 
 // Where nothing is kept.
 template <class T>
-std::shared_ptr<Joints<T>> new_joints(const Scene& scene, const Options& options, std::span<const Vec3> start) {
-  return std::make_shared<Joints<T>>(scene, options, start);
+std::shared_ptr<CompiledNetwork<T>> new_joints(const Scene& scene, const Options& options, std::span<const Vec3> start) {
+  return std::make_shared<CompiledNetwork<T>>(scene, options, start);
 }
 
 }  // namespace
@@ -129,7 +130,7 @@ Expected<SharedScene<T>> compile_scene(Scene scene, const Options& options, Isa 
 
 namespace {
 
-// The joints, which a change of forces or contacts keeps.
+// The network, which a change of forces or contacts keeps.
 template <class T>
 auto shared_joints(const CompiledScene<T>& before) {
   return [&](const Scene&, const Options&, std::span<const Vec3>) { return before.joined()->shared_joints(); };
@@ -139,7 +140,7 @@ auto shared_joints(const CompiledScene<T>& before) {
 template <class T>
 auto changed_joints(const CompiledScene<T>& before, Changed changed) {
   return [&before, changed](const Scene& scene, const Options& options, std::span<const Vec3> start) {
-    return std::make_shared<Joints<T>>(scene, options, start, before.joined()->joints(), changed);
+    return std::make_shared<CompiledNetwork<T>>(scene, options, start, before.joined()->network(), changed);
   };
 }
 
@@ -199,7 +200,7 @@ std::optional<Error> refusal_of(const CompiledScene<T>& compiled, std::size_t in
 
 template <class T>
 bool asks_for_substeps(const CompiledScene<T>& before, std::size_t index, const Force& force) noexcept {
-  if (before.joined() == nullptr || !before.joined()->joints().depends_on_weight()) return false;
+  if (before.joined() == nullptr || !before.joined()->network().depends_on_weight()) return false;
   return std::holds_alternative<Constant>(force) || std::holds_alternative<Constant>(before.scene.forces[index]);
 }
 
@@ -231,9 +232,10 @@ template std::optional<Error> refusal_of(const CompiledScene<double>&, std::size
 template bool asks_for_substeps(const CompiledScene<float>&, std::size_t, const Force&) noexcept;
 template bool asks_for_substeps(const CompiledScene<double>&, std::size_t, const Force&) noexcept;
 template struct CompiledScene<float>;
-template Expected<CompiledScene<float>::Motion> make_motion<float>(const CompiledScene<float>&, std::shared_ptr<Joints<float>>);
+template Expected<CompiledScene<float>::Motion> make_motion<float>(const CompiledScene<float>&,
+                                                                   std::shared_ptr<CompiledNetwork<float>>);
 template Expected<CompiledScene<double>::Motion> make_motion<double>(const CompiledScene<double>&,
-                                                                     std::shared_ptr<Joints<double>>);
+                                                                     std::shared_ptr<CompiledNetwork<double>>);
 template struct CompiledScene<double>;
 template Expected<SharedScene<float>> compile_scene<float>(Scene, const Options&, Isa, std::optional<std::size_t>,
                                                            std::vector<Vec3>, Particles);

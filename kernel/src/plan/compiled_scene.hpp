@@ -68,10 +68,11 @@ struct CompiledScene {
 template <class T>
 using SharedScene = std::shared_ptr<CompiledScene<T>>;
 
-// The motion of the scene as it is; joints: those of its networks and constraints at its step, which have not been refused, or
+// The motion of the scene as it is; network: that of its springs and constraints at its step, which have not been refused, or
 // null where nothing joins particles.
 template <class T>
-Expected<typename CompiledScene<T>::Motion> make_motion(const CompiledScene<T>& compiled, std::shared_ptr<Joints<T>> joints);
+Expected<typename CompiledScene<T>::Motion> make_motion(const CompiledScene<T>& compiled,
+                                                        std::shared_ptr<CompiledNetwork<T>> compiled_network);
 // The error in a force in place of forces[index], all others being right.
 template <class T>
 std::optional<Error> refusal_of(const CompiledScene<T>& compiled, std::size_t index, const Force& force);

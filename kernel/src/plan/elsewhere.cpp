@@ -91,7 +91,7 @@ std::optional<Error> check_rows(const Scene& scene, const SweptPart& sweeps, std
     return Error{"elsewhere.sweeps.reach", std::to_string(sweeps.reach), "1 or 2"};
   }
   const std::vector<Vec3> nowhere(count);
-  if (count % sweeps.columns == 0 && fits(joined_pairs(scene, nowhere), told_sheet(sweeps, count))) return std::nullopt;
+  if (count % sweeps.columns == 0 && fits(joined_pairs(scene, nowhere), given_sheet(sweeps, count))) return std::nullopt;
   return Error{
       "elsewhere.sweeps.columns", std::to_string(sweeps.columns),
       "such that the particles stand in rows of so many and each spring, no two alike, leads to the next rows and columns" +

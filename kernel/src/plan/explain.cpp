@@ -337,7 +337,7 @@ std::string Plan<T>::explain() const {
   if (parts_ == nullptr) return "moved from\n";
   const auto words = [](const auto& in) {
     const auto* const joined = in.scene->joined();
-    return dvdx::explain(*in.scene, joined != nullptr ? in.workspace->bytes_for(joined->joints().fixed.size()) : 0);
+    return dvdx::explain(*in.scene, joined != nullptr ? in.workspace->bytes_for(joined->network().fixed.size()) : 0);
   };
   return std::visit(words, parts_->in);
 }

@@ -15,12 +15,12 @@
 namespace dvdx {
 namespace {
 
-// Joints that are this scene's alone and can be changed where they are, or null.
+// The network that is this scene's alone and can be changed where it is, or null.
 template <class T>
-Joints<T>* joints_in_place(CompiledScene<T>& compiled) {
+CompiledNetwork<T>* joints_in_place(CompiledScene<T>& compiled) {
   if (compiled.joined() == nullptr || !is_only_owner(compiled.joined()->shared_joints())) return nullptr;
-  Joints<T>* const joints = compiled.joined()->shared_joints().get();
-  return joints->can_change_in_place() ? joints : nullptr;
+  CompiledNetwork<T>* const compiled_network = compiled.joined()->shared_joints().get();
+  return compiled_network->can_change_in_place() ? compiled_network : nullptr;
 }
 
 bool depends_on_mass(const Force& force) {
@@ -40,11 +40,11 @@ bool is_zero_or_more(double value) { return value >= 0 && std::isfinite(value); 
 
 template <class T>
 Expected<InPlace> in_place(CompiledScene<T>& compiled, const GridStiffnessChange& change) {
-  Joints<T>* const joints = joints_in_place(compiled);
+  CompiledNetwork<T>* const compiled_network = joints_in_place(compiled);
   const auto& [structural, shear, bend, damping] = change.stiffness;
   const bool are_right =
       is_zero_or_more(structural) && is_zero_or_more(shear) && is_zero_or_more(bend) && is_zero_or_more(damping);
-  if (joints == nullptr || !are_right) return InPlace::not_done;
+  if (compiled_network == nullptr || !are_right) return InPlace::not_done;
   const auto& grid = std::get<Grid>(compiled.scene.networks[change.network]);
   const GridStiffness before{grid.structural, grid.shear, grid.bend, grid.damping};
   change.apply(compiled.scene, 0);
@@ -52,7 +52,7 @@ Expected<InPlace> in_place(CompiledScene<T>& compiled, const GridStiffnessChange
   if (auto error = check_range<T>(compiled.scene, compiled.options, compiled.count, compiled.start)) {
     return tl::unexpected(*error);
   }
-  if (!joints->set_stiffness(compiled.scene)) return InPlace::not_done;
+  if (!compiled_network->set_stiffness(compiled.scene)) return InPlace::not_done;
   undo.dismiss();
   return InPlace::done;
 }
@@ -67,9 +67,9 @@ bool is_right(const SpringsStiffness& given, const Springs& network) {
 
 // swap: puts the new values into the network, and takes them back. set: makes the network's springs anew, or refuses to.
 template <class T, class Swap, class Set>
-Expected<InPlace> swap_in_place(CompiledScene<T>& compiled, Joints<T>& joints, const Springs& network, const Swap& swap,
-                                const Set& set) {
-  joints.reserve_rates(compiled.scene, compiled.start);
+Expected<InPlace> swap_in_place(CompiledScene<T>& compiled, CompiledNetwork<T>& compiled_network, const Springs& network,
+                                const Swap& swap, const Set& set) {
+  compiled_network.reserve_rates(compiled.scene, compiled.start);
   swap();
   Undo undo(swap);
   // A network that is not in range is refused with the scene that it makes.
@@ -81,16 +81,16 @@ Expected<InPlace> swap_in_place(CompiledScene<T>& compiled, Joints<T>& joints, c
 
 template <class T>
 Expected<InPlace> in_place(CompiledScene<T>& compiled, const SpringsStiffnessChange& change) {
-  Joints<T>* const joints = joints_in_place(compiled);
+  CompiledNetwork<T>* const compiled_network = joints_in_place(compiled);
   auto& network = std::get<Springs>(compiled.scene.networks[change.network]);
-  if (joints == nullptr || !is_right(change.stiffness, network)) return InPlace::not_done;
+  if (compiled_network == nullptr || !is_right(change.stiffness, network)) return InPlace::not_done;
   SpringsStiffness other = change.stiffness;
   const auto swap = [&] {
     std::swap(network.stiffness, other.stiffness);
     std::swap(network.damping, other.damping);
   };
-  return swap_in_place(compiled, *joints, network, swap,
-                       [&] { return joints->set_stiffness(compiled.scene, change.network, other); });
+  return swap_in_place(compiled, *compiled_network, network, swap,
+                       [&] { return compiled_network->set_stiffness(compiled.scene, change.network, other); });
 }
 
 // A network with any of them is not torn.
@@ -104,21 +104,21 @@ bool is_right(const Scalars& zero_length, const Springs& network) {
 
 template <class T>
 Expected<InPlace> in_place(CompiledScene<T>& compiled, const ZeroLengthChange& change) {
-  Joints<T>* const joints = joints_in_place(compiled);
+  CompiledNetwork<T>* const compiled_network = joints_in_place(compiled);
   auto& network = std::get<Springs>(compiled.scene.networks[change.network]);
-  if (joints == nullptr || !is_right(change.zero_length, network)) return InPlace::not_done;
+  if (compiled_network == nullptr || !is_right(change.zero_length, network)) return InPlace::not_done;
   Scalars other = change.zero_length;
   const auto swap = [&] { std::swap(network.zero_length, other); };
-  return swap_in_place(compiled, *joints, network, swap,
-                       [&] { return joints->set_zero_length(compiled.scene, change.network, other); });
+  return swap_in_place(compiled, *compiled_network, network, swap,
+                       [&] { return compiled_network->set_zero_length(compiled.scene, change.network, other); });
 }
 
 // Whether T holds what the springs of a particle make of another inverse mass.
 template <class T>
-bool is_mass_in_range(const CompiledScene<T>& compiled, const Joints<T>& joints, const MassChange& change) {
+bool is_mass_in_range(const CompiledScene<T>& compiled, const CompiledNetwork<T>& compiled_network, const MassChange& change) {
   const double h = compiled.options.step;
   const double w = 1 / change.mass;
-  const ListRates* const list = joints.list_rates();
+  const ListRates* const list = compiled_network.list_rates();
   if (list == nullptr) return is_in_range<T>(std::get<Grid>(compiled.scene.networks[0]), h, w);
   const auto springs_at = list->springs_at(change.particle);
   return std::all_of(springs_at.begin(), springs_at.end(), [&](std::uint32_t s) {
@@ -128,18 +128,19 @@ bool is_mass_in_range(const CompiledScene<T>& compiled, const Joints<T>& joints,
 
 template <class T>
 Expected<InPlace> in_place(CompiledScene<T>& compiled, const MassChange& change) {
-  Joints<T>* const joints = joints_in_place(compiled);
+  CompiledNetwork<T>* const compiled_network = joints_in_place(compiled);
   Scene& scene = compiled.scene;
-  if (joints == nullptr || std::any_of(scene.forces.begin(), scene.forces.end(), depends_on_mass)) return InPlace::not_done;
-  joints->reserve_rates(scene, compiled.start);
-  if (!is_mass_in_range(compiled, *joints, change)) return InPlace::not_done;
+  if (compiled_network == nullptr || std::any_of(scene.forces.begin(), scene.forces.end(), depends_on_mass))
+    return InPlace::not_done;
+  compiled_network->reserve_rates(scene, compiled.start);
+  if (!is_mass_in_range(compiled, *compiled_network, change)) return InPlace::not_done;
   std::optional<Scalars> each;
   if (scene.mass.is_uniform()) {
     each = scene.mass;
     each->make_each(*compiled.count);
   }
   const bool moves = !is_fixed(scene, change.particle) && !is_kinematic(scene, change.particle);
-  if (moves && !joints->set_inverse_mass(change.particle, 1 / change.mass)) return InPlace::not_done;
+  if (moves && !compiled_network->set_inverse_mass(change.particle, 1 / change.mass)) return InPlace::not_done;
   if (each) scene.mass = std::move(*each);
   scene.mass.set(change.particle, change.mass);
   return InPlace::done;
@@ -147,43 +148,45 @@ Expected<InPlace> in_place(CompiledScene<T>& compiled, const MassChange& change)
 
 template <class T>
 Expected<InPlace> in_place(CompiledScene<T>& compiled, const Fixing& change) {
-  Joints<T>* const joints = joints_in_place(compiled);
-  if (joints == nullptr) return InPlace::not_done;
+  CompiledNetwork<T>* const compiled_network = joints_in_place(compiled);
+  if (compiled_network == nullptr) return InPlace::not_done;
   make_room(compiled.scene.fixed);
-  make_room(joints->fixed);
-  joints->reserve_rates(compiled.scene, compiled.start);
-  if (!joints->set_inverse_mass(change.particle, 0)) return InPlace::not_done;
+  make_room(compiled_network->fixed);
+  compiled_network->reserve_rates(compiled.scene, compiled.start);
+  if (!compiled_network->set_inverse_mass(change.particle, 0)) return InPlace::not_done;
   change.apply(compiled.scene, 0);
-  const FixedParticle fixed{static_cast<std::uint32_t>(change.particle), joints->order.of[change.particle]};
-  joints->fixed.insert(std::lower_bound(joints->fixed.begin(), joints->fixed.end(), fixed, by_element), fixed);
+  const FixedParticle fixed{static_cast<std::uint32_t>(change.particle), compiled_network->order.of[change.particle]};
+  compiled_network->fixed.insert(
+      std::lower_bound(compiled_network->fixed.begin(), compiled_network->fixed.end(), fixed, by_element), fixed);
   return InPlace::done;
 }
 
 template <class T>
 Expected<InPlace> in_place(CompiledScene<T>& compiled, const Releasing& change) {
-  Joints<T>* const joints = joints_in_place(compiled);
-  if (joints == nullptr) return InPlace::not_done;
-  joints->reserve_rates(compiled.scene, compiled.start);
+  CompiledNetwork<T>* const compiled_network = joints_in_place(compiled);
+  if (compiled_network == nullptr) return InPlace::not_done;
+  compiled_network->reserve_rates(compiled.scene, compiled.start);
   const double w = 1 / compiled.scene.mass[change.particle];
-  if (!joints->set_inverse_mass(change.particle, w)) return InPlace::not_done;
+  if (!compiled_network->set_inverse_mass(change.particle, w)) return InPlace::not_done;
   change.apply(compiled.scene, 0);
-  const FixedParticle fixed{static_cast<std::uint32_t>(change.particle), joints->order.of[change.particle]};
-  joints->fixed.erase(std::lower_bound(joints->fixed.begin(), joints->fixed.end(), fixed, by_element));
+  const FixedParticle fixed{static_cast<std::uint32_t>(change.particle), compiled_network->order.of[change.particle]};
+  compiled_network->fixed.erase(
+      std::lower_bound(compiled_network->fixed.begin(), compiled_network->fixed.end(), fixed, by_element));
   return InPlace::done;
 }
 
 template <class T>
 Expected<InPlace> in_place(CompiledScene<T>& compiled, const Break& change) {
-  Joints<T>* const joints = joints_in_place(compiled);
+  CompiledNetwork<T>* const compiled_network = joints_in_place(compiled);
   const auto* const springs = std::get_if<Springs>(&compiled.scene.networks[change.network]);
   const bool is_bend = springs != nullptr && springs->zero_length != Scalars(0.0);  // which is not torn
-  if (joints == nullptr || is_bend) return InPlace::not_done;
+  if (compiled_network == nullptr || is_bend) return InPlace::not_done;
   std::visit([&](auto& network) { make_room(network.broken, change.ends.size()); }, compiled.scene.networks[change.network]);
   TornSprings& torn = compiled.torn[change.network];
   torn.reserve(change.ends.size(), compiled.start.size());
-  joints->reserve_rates(compiled.scene, compiled.start);
-  if (!joints->break_springs(compiled.scene, change.network, change.ends)) return InPlace::not_done;
-  compiled.joined()->faces_to_change().tear(change.network, change.ends, joints->order);
+  compiled_network->reserve_rates(compiled.scene, compiled.start);
+  if (!compiled_network->break_springs(compiled.scene, change.network, change.ends)) return InPlace::not_done;
+  compiled.joined()->faces_to_change().tear(change.network, change.ends, compiled_network->order);
   change.apply(compiled.scene, 0);
   torn.add(change.ends);
   return InPlace::done;

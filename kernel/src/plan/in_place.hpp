@@ -13,10 +13,10 @@ namespace dvdx {
 
 // Whether nobody else has a share in it. Who had one is done with it, on whichever thread: taking one and leaving it again
 // comes after what was left before.
-template <class Held>
-bool is_only_owner(const std::shared_ptr<Held>& shared) noexcept {
+template <class Shared>
+bool is_only_owner(const std::shared_ptr<Shared>& shared) noexcept {
   if (shared.use_count() != 1) return false;
-  (void)std::shared_ptr<Held>(shared);
+  (void)std::shared_ptr<Shared>(shared);
   return true;
 }
 

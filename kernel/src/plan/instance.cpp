@@ -137,7 +137,7 @@ Expected<SharedScene<A>> StepPool<A>::with_step(const SharedScene<A>& base, cons
   }
   double step = h;
   if (const JoinedMotion<A>* joined = from->joined(); joined != nullptr && std::isfinite(h)) {
-    step = joined->joints().step_within_limit(with_other_step(from->options, h));
+    step = joined->network().step_within_limit(with_other_step(from->options, h));
   }
   Expected<SharedScene<A>> made = dvdx::with_step(*from, step);
   if (made) {

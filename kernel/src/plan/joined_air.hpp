@@ -13,14 +13,14 @@ template <class T>
 class JoinedAir {
  public:
   explicit JoinedAir(JoinedCall<T>& call) noexcept
-      : call_(call), joints_(call.joints), ws_(call.ws), work_(call.work), kernels_(call.passes.template of<T>().air) {}
+      : call_(call), network_(call.network), ws_(call.ws), work_(call.work), kernels_(call.passes.template of<T>().air) {}
 
-  void begin_substep(int substep) noexcept { substeps_ = joints_.air ? substeps_of(substep, joints_.chosen.substeps) : 0; }
+  void begin_substep(int substep) noexcept { substeps_ = network_.air ? substeps_of(substep, network_.chosen.substeps) : 0; }
   [[nodiscard]] bool blows() const noexcept { return substeps_ != 0; }
   // The part of the air that goes with the pulse k: all, or of six pulses the third and the fourth have half of it each.
   [[nodiscard]] double part_of(std::size_t k) const noexcept {
     if (substeps_ == 0) return 0;
-    const std::size_t pulses = joints_.splitting.b.size();
+    const std::size_t pulses = network_.splitting.b.size();
     if (pulses == 1) return 1;
     return k + 1 == pulses / 2 || k == pulses / 2 ? 0.5 : 0;
   }
@@ -64,28 +64,28 @@ class JoinedAir {
   // Applies that part of the air's pulse, evaluated at the velocities air_v.
   void blow(double part) noexcept {
     const Vec3 wind = call_.motion.wind_at(call_.end_of_flow());
-    const double t = part * substeps_ * joints_.substep();
+    const double t = part * substeps_ * network_.substep();
     const std::array<T*, 3> g = blow(AirStage::first, wind, t);
-    call_.tell(g);
+    call_.send(g);
     blow(AirStage::second, wind, t);
-    call_.tell(work_.v);
+    call_.send(work_.v);
   }
   // The columns that the first stage leaves to the second.
   std::array<T*, 3> blow(AirStage stage, const Vec3& wind, double t) noexcept {
-    return joints_.air->is_grid() ? blow_rows(stage, wind, t) : blow_list(stage, wind, t);
+    return network_.air->is_grid() ? blow_rows(stage, wind, t) : blow_list(stage, wind, t);
   }
   std::array<T*, 3> blow_rows(AirStage stage, const Vec3& wind, double t) noexcept {
-    const GridAirTerms<T> grid = ws_.with_columns(joints_.air->grid());
-    const AirPulse<T> pulse = air_pulse<T>(joints_.air->networks()[0].aerodynamics, wind, t);
+    const GridAirTerms<T> grid = ws_.with_columns(network_.air->grid());
+    const AirPulse<T> pulse = air_pulse<T>(network_.air->networks()[0].aerodynamics, wind, t);
     const WorkColumns<T> work = columns();
     call_.over({grid.rows, particles_per_task / grid.pitch},
                [&](std::size_t from, std::size_t to) { kernels_.grid(grid, pulse, work, stage, from, to); });
     return grid.g;
   }
   std::array<T*, 3> blow_list(AirStage stage, const Vec3& wind, double t) noexcept {
-    const TriangleTerms<T> list = ws_.with_columns(joints_.air->triangles());
+    const TriangleTerms<T> list = ws_.with_columns(network_.air->triangles());
     const WorkColumns<T> work = columns();
-    for (const AirNetwork& of : joints_.air->networks()) {
+    for (const AirNetwork& of : network_.air->networks()) {
       const AirPulse<T> pulse = air_pulse<T>(of.aerodynamics, wind, t);
       call_.over({(of.end - of.first) / slice, particles_per_task / slice, slice}, [&](std::size_t from, std::size_t to) {
         kernels_.triangles(list, pulse, work, stage, of.first + from, of.first + to);
@@ -97,7 +97,7 @@ class JoinedAir {
   }
 
   JoinedCall<T>& call_;
-  const Joints<T>& joints_;
+  const CompiledNetwork<T>& network_;
   JoinedWorkspace<T>& ws_;
   WorkColumns<T>& work_;
   const AirKernels<T>& kernels_;

@@ -33,23 +33,23 @@ class JoinedCall {
              const ParallelFor& parallel_, ContactReport::Parts* report_) noexcept
       : scene(scene_),
         motion(motion_),
-        joints(motion_.joints()),
+        network(motion_.network()),
         ws(workspace),
         work(workspace.work),
         particles(count),
-        end(comes_and_goes() ? filled(count) : joints.order.size),
-        held(std::span(workspace.held).first(joints.fixed.size())),
+        end(comes_and_goes() ? filled(count) : network.order.size),
+        held(std::span(workspace.held).first(network.fixed.size())),
         passes(*scene_.passes),
         kernels(scene_.passes->template of<T>().network),
         exchange(scene_.options.elsewhere.exchange),
-        parallel(joints.are_worth_threads(count) ? parallel_ : ParallelFor{}),
+        parallel(network.are_worth_threads(count) ? parallel_ : ParallelFor{}),
         report(report_) {
-    work.w = joints.w;
+    work.w = network.w;
   }
   JoinedCall(const JoinedCall&) = delete;
   JoinedCall& operator=(const JoinedCall&) = delete;
 
-  [[nodiscard]] std::size_t size() const noexcept { return joints.order.size; }
+  [[nodiscard]] std::size_t size() const noexcept { return network.order.size; }
   [[nodiscard]] bool is_relative() const noexcept { return ws.origin[0] != nullptr; }
   // Of all elements, so many each.
   [[nodiscard]] Units units_of(std::size_t elements) const noexcept {
@@ -61,12 +61,12 @@ class JoinedCall {
 
   void begin_step(const Clock& at) noexcept {
     clock = step_end = at;
-    step_end.advance(joints.step, 1);
+    step_end.advance(network.step, 1);
   }
   // The step's last flow ends where the clock will stand, to the last bit: a call of many steps must go on as many calls do.
   [[nodiscard]] Clock end_of_flow() const noexcept {
     const double apart = (clock.seconds - step_end.seconds) + (clock.carry - step_end.carry);
-    return std::abs(apart) < 1e-6 * std::abs(joints.substep()) ? step_end : clock;
+    return std::abs(apart) < 1e-6 * std::abs(network.substep()) ? step_end : clock;
   }
 
   // The elements that are stepped, a task's at once.
@@ -89,25 +89,25 @@ class JoinedCall {
 
   // ---- a part of a larger scene: a halo's particles lack the springs that lead elsewhere ------------------------------
 
-  void tell(const std::array<T*, 3>& columns) noexcept { dvdx::tell(exchange, halo(columns)); }
+  void send(const std::array<T*, 3>& columns) noexcept { dvdx::send(exchange, halo(columns)); }
   // A pass that fills these columns. Units that other parts hold come first: they are sent while the rest is computed.
   template <class Pass>
-  void tell(const Units& units, const std::array<T*, 3>& columns, const Pass& pass) noexcept {
+  void send(const Units& units, const std::array<T*, 3>& columns, const Pass& pass) noexcept {
     if (exchange.start == nullptr) return over(units, pass);
-    over(joints.telling.told, pass);
+    over(network.halo.outer, pass);
     exchange.start(exchange.context, halo(columns));
-    over(joints.telling.inside, pass);
+    over(network.halo.inside, pass);
     exchange.finish(exchange.context, halo(columns));
   }
 
   const CompiledScene<T>& scene;
   const JoinedMotion<T>& motion;
-  const Joints<T>& joints;
+  const CompiledNetwork<T>& network;
   JoinedWorkspace<T>& ws;
   WorkColumns<T> work;
   const std::size_t particles;
   std::size_t first = 0, end;  // the elements that are stepped
-  const std::span<Held<T>> held;
+  const std::span<PinnedState<T>> held;
   const Passes& passes;
   const NetworkKernels<T>& kernels;
   const Exchange exchange;
@@ -118,7 +118,7 @@ class JoinedCall {
 
  private:
   [[nodiscard]] HaloColumns halo(const std::array<T*, 3>& columns) const noexcept {
-    return halo_of(columns, joints.order.of.data());
+    return halo_of(columns, network.order.of.data());
   }
   template <class Pass>
   void over(const std::vector<UnitRange>& ranges, const Pass& pass) noexcept {

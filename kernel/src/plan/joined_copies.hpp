@@ -45,10 +45,10 @@ class JoinedCopies {
       put_back(read_only(places(call_.positions(), first)), particles, state.x, state.x_rest);
       put_back(read_only(places(work_.v, first)), particles, state.v, state.v_rest);
     });
-    for (const Held<T>& held : call_.held) put_back_held(held, state);
+    for (const PinnedState<T>& held : call_.held) put_back_held(held, state);
   }
   template <class Kept>
-  void put_back_held(const Held<T>& held, const State<Kept>& state) noexcept {
+  void put_back_held(const PinnedState<T>& held, const State<Kept>& state) noexcept {
     store(call_.passes, places_of(held.x), {held.particle, 1}, state.x, state.x_rest);
     store(call_.passes, places_of(held.v), {held.particle, 1}, state.v, state.v_rest);
   }
@@ -56,9 +56,9 @@ class JoinedCopies {
  private:
   template <class Kept>
   void fetch_held(const State<Kept>& state, std::size_t n) noexcept {
-    Held<T>& held = call_.held[n];
-    held.particle = call_.joints.fixed[n].particle;
-    held.element = call_.joints.fixed[n].element;
+    PinnedState<T>& held = call_.held[n];
+    held.particle = call_.network.fixed[n].particle;
+    held.element = call_.network.fixed[n].element;
     load(call_.passes, state.x, state.x_rest, {held.particle, 1}, places_of(held.x));
     load(call_.passes, state.v, state.v_rest, {held.particle, 1}, places_of(held.v));
     for (std::size_t axis = 0; axis < 3; ++axis) {
@@ -69,7 +69,7 @@ class JoinedCopies {
   // All rows, a task's at once; none of an order that lists its particles. In an order that is no sheet's each span is a row.
   template <class Use>
   void for_some_rows(const Use& use) const noexcept {
-    const ParticleOrder& order = call_.joints.order;
+    const ParticleOrder& order = call_.network.order;
     if (call_.comes_and_goes()) return for_each_run(use);
     if (order.is_listed()) return;
     const std::span<const ParticleSpan> spans = order.spans;
@@ -84,7 +84,7 @@ class JoinedCopies {
   }
   template <class Use>
   void for_each_run(const Use& use) const noexcept {
-    const std::span<const ParticleSpan> spans = call_.joints.order.spans;
+    const std::span<const ParticleSpan> spans = call_.network.order.spans;
     for_each_task(call_.parallel, tasks_of(call_.particles, spans[0].count), [&](std::size_t task) {
       ParticleSpan run = spans[task];
       run.count = std::min(run.count, call_.particles - run.element);
@@ -102,7 +102,7 @@ class JoinedCopies {
   // Where particles stand in an order that is not the caller's: those of each span, and its first element.
   template <class Use>
   void for_each_listed_run(const Use& use) const noexcept {
-    const ParticleOrder& order = call_.joints.order;
+    const ParticleOrder& order = call_.network.order;
     if (!order.is_listed()) return;
     const std::size_t runs = order.spans.size();
     const std::size_t tasks = tasks_of_copies(runs);

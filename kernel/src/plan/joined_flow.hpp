@@ -22,7 +22,7 @@ class JoinedFlow {
   // The work that joins a flow in the same walk over the particles.
   enum class After { nothing, pairs };
   // Shifts that the sweeps made, applied in the next flow's walk over the particles.
-  struct Left {
+  struct PendingShift {
     const ShiftTerms<T>* shift = nullptr;
     const AlphaTerms<T>* alpha = nullptr;  // or by generalized alpha
   };
@@ -35,7 +35,7 @@ class JoinedFlow {
         kernels_(call.kernels),
         followers_(followers),
         still_(call),
-        logged_(call.scene.scene, call.joints.order, call.particles, call.joints.w_of, call.exchange.is_own) {
+        logged_(call.scene.scene, call.network.order, call.particles, call.network.w_of, call.exchange.is_own) {
     for (std::size_t f = 0; f < m_.flows().size(); ++f) make_offsets(f, Clock{}, offsets_[f]);
   }
 
@@ -54,8 +54,8 @@ class JoinedFlow {
   void run(std::size_t f, After after = After::nothing, const AlphaTerms<T>* begin = nullptr) noexcept {
     const FreeMotion<T>& motion = *m_.flows()[f];
     const Clock start = go_on(f);
-    const Left left = std::exchange(left_, Left{});
-    const bool keeps_starts = motion.terms.surface_count != 0 && left.alpha != nullptr;
+    const PendingShift pending = std::exchange(pending_, PendingShift{});
+    const bool keeps_starts = motion.terms.surface_count != 0 && pending.alpha != nullptr;
     const SubstepImpulse<T> impulse = still_.impulse_in(motion);
     const bool has_columns = keeps_starts || still_.is_kept() || (after == After::pairs && motion.terms.surface_count != 0);
     const std::size_t each = has_columns ? std::min(motion.block, max_block) : motion.block;
@@ -67,10 +67,10 @@ class JoinedFlow {
           Block<T> block = block_of(first, count, log);
           if (keeps_starts) keep_starts(block, starts);
           flow_block(motion, offsets_[f], impulse, block, [&] {
-            if (left.shift != nullptr && motion.features == StepFeatures::none) {
-              take_in_flow(*left.shift, block);
+            if (pending.shift != nullptr && motion.features == StepFeatures::none) {
+              take_in_flow(*pending.shift, block);
             } else {
-              take(left, first, first + count);
+              take(pending, first, first + count);
             }
           });
           if (after == After::pairs) add_pairs(motion, offsets_[f], block);
@@ -103,12 +103,12 @@ class JoinedFlow {
     });
   }
 
-  void leave(const Left& left) noexcept { left_ = left; }
+  void leave(const PendingShift& pending) noexcept { pending_ = pending; }
   // Theta 1 ends a step with the springs, not with a flow.
-  void take_what_the_sweeps_left() noexcept {
-    const Left left = std::exchange(left_, Left{});
-    if (left.shift == nullptr && left.alpha == nullptr) return;
-    call_.for_each_stepped([&](std::size_t from, std::size_t end) { take(left, from, end); });
+  void apply_pending_shift() noexcept {
+    const PendingShift pending = std::exchange(pending_, PendingShift{});
+    if (pending.shift == nullptr && pending.alpha == nullptr) return;
+    call_.for_each_stepped([&](std::size_t from, std::size_t end) { take(pending, from, end); });
   }
 
   // ---- block by block ----------------------------------------------------------------------------------------------------
@@ -200,9 +200,9 @@ class JoinedFlow {
     block.to_x = shift.to_x;
     block.to_v = shift.to_v;
   }
-  void take(const Left& left, std::size_t from, std::size_t to) noexcept {
-    if (left.shift != nullptr) kernels_.take_shift(work_, left.shift->to_x, left.shift->to_v, from, to);
-    if (left.alpha != nullptr) kernels_.end_sweeps(*left.alpha, work_, from, to);
+  void take(const PendingShift& pending, std::size_t from, std::size_t to) noexcept {
+    if (pending.shift != nullptr) kernels_.take_shift(work_, pending.shift->to_x, pending.shift->to_v, from, to);
+    if (pending.alpha != nullptr) kernels_.end_sweeps(*pending.alpha, work_, from, to);
   }
 
   JoinedCall<T>& call_;
@@ -213,7 +213,7 @@ class JoinedFlow {
   JoinedFollowers<T>& followers_;
   JoinedStill<T> still_;
   LoggedParticles logged_;
-  Left left_{};
+  PendingShift pending_{};
   std::array<FlowOffsets, max_flows> offsets_;
 };
 

@@ -15,10 +15,10 @@ template <class T>
 class JoinedFollowers {
  public:
   explicit JoinedFollowers(JoinedCall<T>& call) noexcept
-      : call_(call), m_(call.motion), joints_(call.joints), ws_(call.ws), work_(call.work) {}
+      : call_(call), m_(call.motion), network_(call.network), ws_(call.ws), work_(call.work) {}
 
-  [[nodiscard]] bool is_kinematic(const Held<T>& held) const noexcept {
-    return joints_.fixed[static_cast<std::size_t>(&held - call_.held.data())].motion.has_value();
+  [[nodiscard]] bool is_kinematic(const PinnedState<T>& held) const noexcept {
+    return network_.fixed[static_cast<std::size_t>(&held - call_.held.data())].motion.has_value();
   }
 
   // When a call begins.
@@ -30,13 +30,13 @@ class JoinedFollowers {
 
   // Starts the driven motions and groups on this step's path.
   void begin_driven_paths() noexcept {
-    for (std::size_t k = 0; k < ws_.motions.size(); ++k) ws_.motions[k].begin(m_.tracks()[k], call_.clock, joints_.step);
-    for (const FixedParticle& of : joints_.fixed) {
+    for (std::size_t k = 0; k < ws_.motions.size(); ++k) ws_.motions[k].begin(m_.tracks()[k], call_.clock, network_.step);
+    for (const FixedParticle& of : network_.fixed) {
       if (!of.motion || !ws_.groups[of.group].has_path()) continue;
-      ws_.groups[of.group].begin(of.index, ws_.poses[*of.motion].place(of.place), joints_.step);
+      ws_.groups[of.group].begin(of.index, ws_.poses[*of.motion].place(of.place), network_.step);
     }
     for (DrivenPlaces& group : ws_.groups) {
-      if (group.has_path()) group.begin(call_.clock, joints_.step);
+      if (group.has_path()) group.begin(call_.clock, network_.step);
     }
   }
 
@@ -45,10 +45,10 @@ class JoinedFollowers {
     if (m_.tracks().empty()) return;
     for (std::size_t k = 0; k < m_.tracks().size(); ++k) ws_.poses[k] = ws_.motions[k].at(m_.tracks()[k], at);
     const Vec3& origin = m_.origin();
-    for (std::size_t n = 0; n < joints_.fixed.size(); ++n) {
-      const FixedParticle& of = joints_.fixed[n];
+    for (std::size_t n = 0; n < network_.fixed.size(); ++n) {
+      const FixedParticle& of = network_.fixed[n];
       if (!of.motion) continue;
-      Held<T>& held = call_.held[n];
+      PinnedState<T>& held = call_.held[n];
       const MovedPose& pose = ws_.poses[*of.motion];
       const DrivenPlaces& driven = ws_.groups[of.group];
       const Vec3 x = driven.is_driven() ? driven.place(of.index, at) : pose.place(of.place);
@@ -62,7 +62,7 @@ class JoinedFollowers {
 
   void hold_fixed(std::size_t from, std::size_t to) noexcept {
     auto held = std::lower_bound(call_.held.begin(), call_.held.end(), from,
-                                 [](const Held<T>& h, std::size_t element) { return h.element < element; });
+                                 [](const PinnedState<T>& h, std::size_t element) { return h.element < element; });
     for (; held != call_.held.end() && held->element < to; ++held) {
       for (std::size_t axis = 0; axis < 3; ++axis) {
         work_.x[axis][held->element] = call_.is_relative() ? way_in_step(*held, axis) : held->x[axis];
@@ -75,7 +75,7 @@ class JoinedFollowers {
   void rebase_origin() noexcept {
     call_.for_each_stepped(
         [&](std::size_t from, std::size_t end) { call_.kernels.move_origin(ws_.origin, work_.x, from, end); });
-    for (const Held<T>& held : call_.held) {
+    for (const PinnedState<T>& held : call_.held) {
       for (std::size_t axis = 0; axis < 3 && is_kinematic(held); ++axis) ws_.origin[axis][held.element] = held.x[axis];
     }
   }
@@ -109,13 +109,13 @@ class JoinedFollowers {
 
  private:
   // A fixed one may be anywhere, at infinity too.
-  [[nodiscard]] T way_in_step(const Held<T>& held, std::size_t axis) const noexcept {
+  [[nodiscard]] T way_in_step(const PinnedState<T>& held, std::size_t axis) const noexcept {
     return is_kinematic(held) ? held.x[axis] - ws_.origin[axis][held.element] : T(0);
   }
 
   JoinedCall<T>& call_;
   const JoinedMotion<T>& m_;
-  const Joints<T>& joints_;
+  const CompiledNetwork<T>& network_;
   JoinedWorkspace<T>& ws_;
   WorkColumns<T>& work_;
   Terms<T> moved_terms_;  // of the flow, where surfaces move

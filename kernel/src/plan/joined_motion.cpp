@@ -58,12 +58,12 @@ bool goes_back(const Splitting& splitting) {
 }
 
 template <class T>
-ListShapes list_shapes(const Scene& scene, std::span<const SkinStart> skins, const Joints<T>& joints) {
+ListShapes list_shapes(const Scene& scene, std::span<const SkinStart> skins, const CompiledNetwork<T>& network) {
   ListShapes shapes;
   for (const Kinematic& followers : scene.kinematic) shapes.groups.push_back(followers.particles.size());
   for (const SkinStart& skin : skins) shapes.skins.push_back({skin.points.size(), !skin.normals.empty()});
-  if (joints.balls) {
-    for (const BallList<T>& list : joints.balls->lists()) shapes.balls.push_back(list.size());
+  if (network.balls) {
+    for (const BallList<T>& list : network.balls->lists()) shapes.balls.push_back(list.size());
   }
   return shapes;
 }
@@ -71,30 +71,30 @@ ListShapes list_shapes(const Scene& scene, std::span<const SkinStart> skins, con
 }  // namespace
 
 template <class T>
-JoinedMotion<T>::JoinedMotion(std::shared_ptr<Joints<T>> joints, const Scene& scene, const Options& options,
+JoinedMotion<T>::JoinedMotion(std::shared_ptr<CompiledNetwork<T>> network, const Scene& scene, const Options& options,
                               const Passes& passes, std::span<const Vec3> start, const ShapeMemories<T>& shapes, Stay stay)
-    : joints_(std::move(joints)),
-      scene_(arranged(scene, joints_->order, Contacts::kept)),
+    : network_(std::move(network)),
+      scene_(arranged(scene, network_->order, Contacts::kept)),
       origin_(scene.origin.is_each() ? Vec3{} : scene.origin.at(0)),
       tracks_(scene.motions.begin(), scene.motions.end()),
       skins_(skin_starts(scene, start)),
-      lists_(list_shapes(scene, skins_, *joints_)),
+      lists_(list_shapes(scene, skins_, *network_)),
       shapes_(shapes),
-      faces_(scene, start, joints_->order),
+      faces_(scene, start, network_->order),
       is_part_(options.elsewhere.exchange.start != nullptr),
       shares_meetings_(options.elsewhere.meetings.whole != nullptr),
       wind_(scene.wind),
       meet_(scene.meet),
-      slowest_bounce_(4 * length(constant_acceleration(scene)) * std::abs(joints_->substep())),
-      parting_(stay == Stay::come_and_go ? parting_of(*scene.meet, length(constant_acceleration(scene)), joints_->step) : 0) {
+      slowest_bounce_(4 * length(constant_acceleration(scene)) * std::abs(network_->substep())),
+      parting_(stay == Stay::come_and_go ? parting_of(*scene.meet, length(constant_acceleration(scene)), network_->step) : 0) {
   if (std::any_of(scene.forces.begin(), scene.forces.end(), is_at_start)) {
-    start_ = arranged(std::vector<Vec3>(start.begin(), start.end()), joints_->order);
+    start_ = arranged(std::vector<Vec3>(start.begin(), start.end()), network_->order);
   }
-  const std::vector<double>& a = joints_->splitting.a;
-  const std::vector<double>& b = joints_->splitting.b;
-  if (goes_back(joints_->splitting)) backwards_scene_ = arranged(scene, joints_->order, Contacts::left_out);
+  const std::vector<double>& a = network_->splitting.a;
+  const std::vector<double>& b = network_->splitting.b;
+  if (goes_back(network_->splitting)) backwards_scene_ = arranged(scene, network_->order, Contacts::left_out);
   const auto over = [&](double part) { return flow_over(part, options, passes); };
-  if (act_of(joints_->form) == SpringsAct::in_pair_sums) {
+  if (act_of(network_->form) == SpringsAct::in_pair_sums) {
     first_ = {over(1)};
     again_ = first_;
     return;
@@ -107,18 +107,18 @@ JoinedMotion<T>::JoinedMotion(std::shared_ptr<Joints<T>> joints, const Scene& sc
     last_ = over(a.back());
   }
   const bool ends_with_springs = !last_ && !b.empty();  // theta 1
-  if (!scene.contacts.empty() && (ends_with_springs || joints_->constraints || joints_->meet || faces() != nullptr))
+  if (!scene.contacts.empty() && (ends_with_springs || network_->constraints || network_->meet || faces() != nullptr))
     settling_ = over(0);
   const bool is_free = std::all_of(flows_.begin(), flows_.end(), [](const auto& flow) {
     return is_drift(flow->flow) && flow->features == StepFeatures::none;
   });
-  const bool is_relative = joints_->coupling.scheme == Scheme::sequential && is_free && !closes_substeps();
+  const bool is_relative = network_->coupling.scheme == Scheme::sequential && is_free && !closes_substeps();
   counted_from_ = is_relative ? CountedFrom::step : CountedFrom::zero;
 }
 
 template <class T>
 std::size_t JoinedMotion<T>::flow_over(double part, const Options& options, const Passes& passes) {
-  const double duration = part * joints_->substep();
+  const double duration = part * network_->substep();
   for (std::size_t f = 0; f < flows_.size(); ++f) {
     if (flows_[f]->step() == duration) return f;
   }
@@ -126,10 +126,10 @@ std::size_t JoinedMotion<T>::flow_over(double part, const Options& options, cons
   const Scene& scene = part >= 0 ? scene_ : backwards_scene_;
   Options of_flow = options;
   of_flow.step = duration;
-  const bool has_pulses = !joints_->splitting.b.empty();
+  const bool has_pulses = !network_->splitting.b.empty();
   const double per_substep = has_pulses && part != 0 ? 1 / std::abs(part) : 0;
   flows_.push_back(
-      std::make_unique<FreeMotion<T>>(scene, of_flow, passes.of<T>().free, joints_->order.size, start_, shapes_, per_substep));
+      std::make_unique<FreeMotion<T>>(scene, of_flow, passes.of<T>().free, network_->order.size, start_, shapes_, per_substep));
   return flows_.size() - 1;
 }
 
@@ -155,34 +155,34 @@ bool JoinedMotion<T>::has_moving_contacts() const noexcept {
 // Constraints, balls and faces move particles themselves, and theta 1 ends a step with a pulse.
 template <class T>
 bool JoinedMotion<T>::keeps_still() const noexcept {
-  return !contacts().empty() && !joints_->splitting.b.empty() && last_ && !closes_substeps();
+  return !contacts().empty() && !network_->splitting.b.empty() && last_ && !closes_substeps();
 }
 
 template <class T>
 WorkspaceShape JoinedMotion<T>::shape() const {
-  const Joints<T>& joints = *joints_;
+  const CompiledNetwork<T>& network = *network_;
   WorkspaceShape shape(lists_);
-  shape.elements = joints.order.size;
-  shape.fixed = joints.fixed.size();
+  shape.elements = network.order.size;
+  shape.fixed = network.fixed.size();
   shape.motions = tracks_.size();
   shape.surfaces = has_moving_contacts() ? flows_[0]->terms.surface_count : 0;
-  const bool kicks = act_of(joints.form) == SpringsAct::in_pulses;
-  shape.accelerations = kicks ? joints.damping_passes() : 0;
-  shape.keeps_acceleration = is_generalized_alpha(joints.coupling) && !joints.splitting.b.empty();
+  const bool kicks = act_of(network.form) == SpringsAct::in_pulses;
+  shape.accelerations = kicks ? network.damping_passes() : 0;
+  shape.keeps_acceleration = is_generalized_alpha(network.coupling) && !network.splitting.b.empty();
   shape.keeps_still = keeps_still();
-  shape.order = joints.order_fingerprint;
-  shape.has_second_velocity = (kicks || shape.keeps_acceleration) && joints.is_damped() && shape.accelerations == 0;
-  shape.meets_air = joints.air != nullptr;
-  shape.triangles = joints.air ? joints.air->list_size() : 0;
-  shape.has_pair_sums = act_of(joints.form) == SpringsAct::in_pair_sums;
-  const bool may_share_work = joints.are_worth_threads(joints.particles());
-  shape.sweeps = visit_form(joints.form, [&](const auto& form) { return form.sweep_room(may_share_work); });
-  shape.visits_again = shape.sweeps.springs != 0 && joints.coupling.sweeps == SweepOrder::symmetric;
+  shape.order = network.order_fingerprint;
+  shape.has_second_velocity = (kicks || shape.keeps_acceleration) && network.is_damped() && shape.accelerations == 0;
+  shape.meets_air = network.air != nullptr;
+  shape.triangles = network.air ? network.air->list_size() : 0;
+  shape.has_pair_sums = act_of(network.form) == SpringsAct::in_pair_sums;
+  const bool may_share_work = network.are_worth_threads(network.particles());
+  shape.sweeps = visit_form(network.form, [&](const auto& form) { return form.sweep_room(may_share_work); });
+  shape.visits_again = shape.sweeps.springs != 0 && network.coupling.sweeps == SweepOrder::symmetric;
   shape.has_origin = counted_from_ == CountedFrom::step;
-  if (joints.constraints) shape.constraints = joints.constraints->shape();
-  if (joints.meet) {
-    shape.meet = {.particles = joints.meet->particles(),
-                  .most_neighbours = static_cast<std::size_t>(joints.meet->meet().most_neighbours),
+  if (network.constraints) shape.constraints = network.constraints->shape();
+  if (network.meet) {
+    shape.meet = {.particles = network.meet->particles(),
+                  .most_neighbours = static_cast<std::size_t>(network.meet->meet().most_neighbours),
                   .walls = std::min(most_walls, flows_[0]->terms.surface_count),
                   .has_births = parting_ != 0,
                   .is_shared = shares_meetings_};

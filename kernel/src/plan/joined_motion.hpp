@@ -1,5 +1,5 @@
 // The motion of particles that something joins: flows of each particle by itself, between the pulses of what joins them.
-// Immutable; the joints are shared with the motion of the same springs under other forces.
+// Immutable; the network is shared with the motion of the same springs under other forces.
 #pragma once
 
 #include <cstddef>
@@ -14,7 +14,7 @@
 #include "free/free_motion.hpp"
 #include "isa/passes.hpp"
 #include "motion/pose_track.hpp"
-#include "plan/joints.hpp"
+#include "plan/compiled_network.hpp"
 #include "skin/balls.hpp"
 
 namespace dvdx {
@@ -75,13 +75,13 @@ class JoinedMotion {
  public:
   // The scene and the options have been checked; start: the particles' positions; shapes: of the contacts, which must outlive
   // this.
-  JoinedMotion(std::shared_ptr<Joints<T>> joints, const Scene& scene, const Options& options, const Passes& passes,
+  JoinedMotion(std::shared_ptr<CompiledNetwork<T>> network, const Scene& scene, const Options& options, const Passes& passes,
                std::span<const Vec3> start, const ShapeMemories<T>& shapes, Stay stay);
   JoinedMotion(const JoinedMotion&) = delete;
   JoinedMotion& operator=(const JoinedMotion&) = delete;
 
-  [[nodiscard]] const Joints<T>& joints() const noexcept { return *joints_; }
-  [[nodiscard]] const std::shared_ptr<Joints<T>>& shared_joints() const noexcept { return joints_; }
+  [[nodiscard]] const CompiledNetwork<T>& network() const noexcept { return *network_; }
+  [[nodiscard]] const std::shared_ptr<CompiledNetwork<T>>& shared_joints() const noexcept { return network_; }
   [[nodiscard]] std::optional<Error> refusal() const;
   [[nodiscard]] WorkspaceShape shape() const;
 
@@ -118,12 +118,12 @@ class JoinedMotion {
   // m/s: of balls that come and go, those that are born within others part no faster; 0: none are.
   [[nodiscard]] T parting() const noexcept { return static_cast<T>(parting_); }
   // Whether something acts at the end of each sub-step, after its last flow.
-  [[nodiscard]] bool closes_substeps() const noexcept { return joints_->closes_substeps() || !faces_.empty(); }
+  [[nodiscard]] bool closes_substeps() const noexcept { return network_->closes_substeps() || !faces_.empty(); }
 
  private:
   std::size_t flow_over(double part, const Options& options, const Passes& passes);
 
-  std::shared_ptr<Joints<T>> joints_;
+  std::shared_ptr<CompiledNetwork<T>> network_;
   Scene scene_, backwards_scene_;  // of the flows that go forwards, and of those that go back: particles in the working order
   Vec3 origin_;
   std::vector<PoseTrack> tracks_;

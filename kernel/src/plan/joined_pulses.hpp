@@ -14,13 +14,13 @@ template <class T>
 class JoinedPulses {
  public:
   explicit JoinedPulses(JoinedCall<T>& call) noexcept
-      : call_(call), joints_(call.joints), work_(call.work), kernels_(call.kernels) {}
+      : call_(call), network_(call.network), work_(call.work), kernels_(call.kernels) {}
 
   template <class Form>
   void pulse(const Form& form, std::size_t k) noexcept {
     const Units units = call_.units_of(form.unit());
-    if (joints_.damping_passes() == 0) return kick(form, k, units);
-    call_.tell(units, work_.a0, [&](std::size_t from, std::size_t to) { form.accelerate(kernels_, work_, from, to); });
+    if (network_.damping_passes() == 0) return kick(form, k, units);
+    call_.send(units, work_.a0, [&](std::size_t from, std::size_t to) { form.accelerate(kernels_, work_, from, to); });
     take_acceleration(form, k, units);
   }
 
@@ -28,36 +28,36 @@ class JoinedPulses {
   template <class Form>
   void sum_pairs(const Form& form) noexcept {
     call_.over(call_.units_of(form.unit()), [&](std::size_t from, std::size_t to) { form.sum(kernels_, work_, from, to); });
-    call_.tell(work_.dx);
-    call_.tell(work_.dv);
+    call_.send(work_.dx);
+    call_.send(work_.dv);
   }
 
  private:
   template <class Form>
   void kick(const Form& form, std::size_t k, const Units& units) noexcept {
-    const T pulse = static_cast<T>(joints_.splitting.b[k] * joints_.substep());
-    call_.tell(units, work_.v_next, [&](std::size_t from, std::size_t to) { form.kick(kernels_, work_, pulse, from, to); });
+    const T pulse = static_cast<T>(network_.splitting.b[k] * network_.substep());
+    call_.send(units, work_.v_next, [&](std::size_t from, std::size_t to) { form.kick(kernels_, work_, pulse, from, to); });
     std::swap(work_.v, work_.v_next);
   }
 
   // v += b h a + (b h)^2/2 a1 + beta h^3 a2, the last of them where the scheme has it.
   template <class Form>
   void take_acceleration(const Form& form, std::size_t k, const Units& units) noexcept {
-    const double h = joints_.substep();
-    const double t = joints_.splitting.b[k] * h;
+    const double h = network_.substep();
+    const double t = network_.splitting.b[k] * h;
     DampingPass<T> pass{.of = work_.a0, .y = work_.a1, .s = static_cast<T>(t), .t = static_cast<T>(t * t / 2)};
     const auto run = [&](const std::array<T*, 3>& told) {
-      call_.tell(units, told, [&](std::size_t from, std::size_t to) { form.damp(kernels_, work_, pass, from, to); });
+      call_.send(units, told, [&](std::size_t from, std::size_t to) { form.damp(kernels_, work_, pass, from, to); });
     };
-    if (joints_.damping_passes() == 1) return run(work_.v);
+    if (network_.damping_passes() == 1) return run(work_.v);
     run(work_.a1);
-    const double beta = joints_.splitting.beta[k];
+    const double beta = network_.splitting.beta[k];
     pass = {.of = work_.a1, .y = {}, .s = static_cast<T>(t * t / 2), .t = static_cast<T>(beta * h * h * h)};
     run(work_.v);
   }
 
   JoinedCall<T>& call_;
-  const Joints<T>& joints_;
+  const CompiledNetwork<T>& network_;
   WorkColumns<T>& work_;
   const NetworkKernels<T>& kernels_;
 };

@@ -32,7 +32,7 @@ class JoinedStill {
     waited_ = 0;
   }
   void note_pulse(std::size_t k) noexcept {
-    if (is_kept()) pulse_part_ = call_.joints.splitting.b[k];
+    if (is_kept()) pulse_part_ = call_.network.splitting.b[k];
   }
   // The impulse in the next flow: particles that stand still wait for the first pulse.
   [[nodiscard]] SubstepImpulse<T> impulse_in(const FreeMotion<T>& motion) noexcept {
@@ -40,7 +40,7 @@ class JoinedStill {
     const double waited = std::exchange(waited_, pulse_part_ == 0 ? motion.step() : 0);
     return {.t = static_cast<T>(motion.step()),
             .pulses = pulse_part_ == 0 ? T(0) : static_cast<T>(1 / pulse_part_),
-            .flows = static_cast<T>(call_.joints.substep() / motion.step()),
+            .flows = static_cast<T>(call_.network.substep() / motion.step()),
             .owed = static_cast<T>(waited / motion.step())};
   }
   // terms: with the contacts that hold them.

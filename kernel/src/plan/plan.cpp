@@ -387,9 +387,9 @@ namespace {
 // As the last sub-step left them.
 template <class A>
 Meetings meetings_in(const JoinedMotion<A>* joined, const JoinedWorkspace<A>* workspace) noexcept {
-  if (joined == nullptr || !joined->joints().meet) return {};
+  if (joined == nullptr || !joined->network().meet) return {};
   constexpr double apart = 1e-3;  // of the wanted distance: nearer pairs touch
-  const MeetRules<A>& rules = *joined->joints().meet;
+  const MeetRules<A>& rules = *joined->network().meet;
   Meetings found{.stretch_limit = rules.stretch_limit(), .passing_layers = rules.passing_layers()};
   if (workspace == nullptr || workspace->meet.substeps == 0) return found;
   const MeetRoom<A>& room = workspace->meet;
@@ -478,7 +478,7 @@ std::optional<NetworkLimit> Plan<T>::network_limit() const {
   if (parts_ == nullptr) return std::nullopt;
   const auto limit = [](const auto& in) -> std::optional<NetworkLimit> {
     if (in.scene->joined() == nullptr) return std::nullopt;
-    NetworkLimit found = in.scene->joined()->joints().limit(in.scene->scene, in.scene->start);
+    NetworkLimit found = in.scene->joined()->network().limit(in.scene->scene, in.scene->start);
     found.choice = in.scene->choice;
     return found;
   };

@@ -71,7 +71,7 @@ struct PlanIn {
   Expected<void> change(const Change& change) {
     if (auto error = change.refusal(scene->scene, scene->count)) return tl::unexpected(*error);
     if (is_only_owner(scene)) {
-      if (scene->joined() != nullptr) workspace->reserve_held(scene->joined()->joints().fixed.size() + 1);
+      if (scene->joined() != nullptr) workspace->reserve_held(scene->joined()->network().fixed.size() + 1);
       const Expected<InPlace> done = change_in_place(*scene, change);
       if (!done) return tl::unexpected(done.error());
       if (*done == InPlace::done) return {};
@@ -111,7 +111,7 @@ struct PlanIn {
     if (auto error = check_range_of_forces<A>(scene->scene, scene->options, scene->count, scene->start)) {
       return tl::unexpected(*error);
     }
-    return take_motion(undo, joints());
+    return take_motion(undo, network());
   }
 
   Expected<void> set_network(std::size_t index, const Network& network) {
@@ -123,7 +123,7 @@ struct PlanIn {
 
   // Keeps springs whose form does not depend on h; the form of others is made again, with the frequencies that were found.
   Expected<void> set_step(double h) {
-    const std::shared_ptr<Joints<A>> of = joints();
+    const std::shared_ptr<CompiledNetwork<A>> of = network();
     const bool is_alone = is_only_owner(scene) && (of == nullptr || of.use_count() == 2);
     Options options = with_other_step(scene->options, h);
     if (of != nullptr && std::isfinite(h)) {
@@ -176,7 +176,7 @@ struct PlanIn {
     other->known = told;
   }
 
-  [[nodiscard]] std::shared_ptr<Joints<A>> joints() const {
+  [[nodiscard]] std::shared_ptr<CompiledNetwork<A>> network() const {
     return scene->joined() != nullptr ? scene->joined()->shared_joints() : nullptr;
   }
 
@@ -196,8 +196,8 @@ struct PlanIn {
   }
 
   template <class TakeBack>
-  Expected<void> take_motion(Undo<TakeBack>& undo, std::shared_ptr<Joints<A>> joints) {
-    auto motion = make_motion(*scene, std::move(joints));
+  Expected<void> take_motion(Undo<TakeBack>& undo, std::shared_ptr<CompiledNetwork<A>> network) {
+    auto motion = make_motion(*scene, std::move(network));
     if (!motion) return tl::unexpected(motion.error());
     const auto* joined = std::get_if<std::unique_ptr<JoinedMotion<A>>>(&*motion);
     auto more = room_for(joined != nullptr ? joined->get() : nullptr);

@@ -157,7 +157,7 @@ class Look {
       for (std::size_t k = 0; k < n; ++k) mass[k] = static_cast<A>(all[first + k]);
     }
     if (scene_.joined() != nullptr) {
-      const double* const w = scene_.joined()->joints().w_of.data() + first;
+      const double* const w = scene_.joined()->network().w_of.data() + first;
       for (std::size_t k = 0; k < n; ++k) mass[k] = w[k] > 0 ? mass[k] : A(0);
       return;
     }

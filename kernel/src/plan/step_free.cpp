@@ -6,11 +6,11 @@
 #include <type_traits>
 
 #include "contact/report/contact_recorder.hpp"
+#include "plan/network_stepper.hpp"
 #include "plan/plan_parts.hpp"
 #include "plan/reported_step.hpp"
 #include "plan/state_fit.hpp"
 #include "plan/state_io.hpp"
-#include "plan/step_joined.hpp"
 #include "scene/particle_values.hpp"
 #include "work/environment.hpp"
 #include "work/tasks.hpp"
@@ -62,9 +62,9 @@ std::size_t staged_together(const FreeMotion<A>& motion) noexcept {
 
 // A block's columns in contiguous memory, its last register filled up with copies of the last particle.
 template <class A, class T>
-class Stage {
+class StagingBlock {
  public:
-  Stage(const Passes& passes, const State<T>& state, std::size_t first, std::size_t n) noexcept
+  StagingBlock(const Passes& passes, const State<T>& state, std::size_t first, std::size_t n) noexcept
       : passes_(passes), state_(state), first_(first), n_(n) {
     load(passes, state.x, state.x_rest, {first, n}, places_of(x_));
     load(passes, state.v, state.v_rest, {first, n}, places_of(v_));
@@ -153,7 +153,7 @@ std::size_t step_as_they_lie(const Batch<A, T>& batch, std::size_t first, std::s
 
 template <class A, class T>
 void step_staged(const Batch<A, T>& batch, std::size_t first, std::size_t n, ContactRecorder<A>* recorder) noexcept {
-  Stage<A, T> stage(*batch.scene.passes, batch.state, first, n);
+  StagingBlock<A, T> stage(*batch.scene.passes, batch.state, first, n);
   Block<A> block = stage.block();
   run_steps(batch, block, recorder);
   const auto& fixed = batch.scene.scene.fixed;

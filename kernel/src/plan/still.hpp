@@ -80,7 +80,7 @@ class StillBlock {
         owed[axis] = impulse.owed * gain[axis][i];
         block_.v[axis][i] = block_.v[axis][i] + owed[axis];
       }
-      if (block_.log != nullptr) tell(i, kernels_.stays(terms_, {.t = impulse.t}, on, p), owed);
+      if (block_.log != nullptr) report(i, kernels_.stays(terms_, {.t = impulse.t}, on, p), owed);
     }
   }
 
@@ -95,7 +95,7 @@ class StillBlock {
           block_.x[axis][i] = kept_[axis][i];
           block_.v[axis][i] = kept_v_[axis][i];
         }
-        tell(i, by_[i], left);
+        report(i, by_[i], left);
       }
       if (how_[i] != StandsHow::waits) note(i, T(0));
     }
@@ -114,7 +114,7 @@ class StillBlock {
       for (std::size_t axis = 0; axis < 3; ++axis) p.v0[axis] = p.v0[axis] + dv[axis][i];
       const std::uint32_t by = kernels_.stays(terms_, {.t = 0, .pulses = 1, .flows = 1}, on, p);
       if (by == no_surface) continue;
-      tell(i, by, {-dv[0][i], -dv[1][i], -dv[2][i]});
+      report(i, by, {-dv[0][i], -dv[1][i], -dv[2][i]});
       for (std::size_t axis = 0; axis < 3; ++axis) dx[axis][i] = dv[axis][i] = T(0);
     }
   }
@@ -182,7 +182,7 @@ class StillBlock {
     how_[i] = on != no_surface || is_still(i) ? StandsHow::stands : StandsHow::moves;
   }
   // That the surface has changed the particle's velocity by dv, besides what the flow tells.
-  void tell(std::size_t i, std::uint32_t surface, const std::array<T, 3>& dv) const noexcept {
+  void report(std::size_t i, std::uint32_t surface, const std::array<T, 3>& dv) const noexcept {
     if (block_.log == nullptr || surface == no_surface || dv == std::array<T, 3>{}) return;
     block_.log->take_hold({.particle = block_.first + i,
                            .contact = terms_.surfaces[surface].contact,

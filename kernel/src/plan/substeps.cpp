@@ -70,7 +70,7 @@ int substeps_of_turn(double turn) { return static_cast<int>(std::clamp(std::ceil
 Substeps substeps_of(const Coupling& coupling, const SubstepRule& rule, double h, const HighestRates& rates, int fewest) {
   if (rule.is_alone) return {.substeps = coupling.substeps.value_or(fewest)};
   Substeps found;
-  found.substeps = coupling.substeps ? *coupling.substeps : std::max(fewest, substeps_for(rule.calm, h, rates));
+  found.substeps = coupling.substeps ? *coupling.substeps : std::max(fewest, substeps_for(rule.energy_bounded, h, rates));
   found.longest = h / found.substeps;
   if (is_generalized_alpha(coupling)) found.rho = rho_of(rates.frequency, std::abs(found.longest), Pace::even);
   found.is_safe = found.substeps >= substeps_for(rule.stable, h, rates);
@@ -106,7 +106,7 @@ Options with_other_step(const Options& options, double step) {
 SubstepRule::SubstepRule(const Coupling& coupling, bool is_isolated)
     : is_alone(coupling.scheme == Scheme::accumulate && is_isolated),
       stable(is_alone ? StableRange{} : scheme_limit(coupling)),
-      calm(is_alone ? StableRange{} : calm_limit(coupling)) {}
+      energy_bounded(is_alone ? StableRange{} : bounded_energy_limit(coupling)) {}
 
 SubstepChoice::SubstepChoice(const Scene& scene, const Options& options, std::span<const Vec3> start,
                              std::shared_ptr<const Topology> topology_)

@@ -21,7 +21,7 @@ struct SubstepRule {
   SubstepRule() = default;
   SubstepRule(const Coupling& coupling, bool is_isolated);
   bool is_alone = false;  // a pair's own contribution, stable at any step where its particles have no other spring
-  StableRange stable, calm;
+  StableRange stable, energy_bounded;
 };
 struct Substeps {
   int substeps = 1;    // a step
@@ -39,7 +39,7 @@ struct Substeps {
 // The options of a plan whose step becomes another.
 [[nodiscard]] Options with_other_step(const Options& options, double step);
 
-// Since other joints of the same particles were made.
+// Since another network of the same particles was made.
 enum class Changed {
   step,     // the step alone: rates and order stay
   springs,  // what the springs are made of, masses, and what is fixed: the order stays

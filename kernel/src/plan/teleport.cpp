@@ -157,7 +157,7 @@ void carry_workspace(const JoinedMotion<A>& joined, JoinedWorkspace<A>& workspac
   });
   const auto& a = workspace.work.a;
   if (a[0] == nullptr || !workspace.remembers(state.x[0].base, state.clock)) return;
-  for (std::size_t i = 0; i < joined.joints().order.size; ++i) {
+  for (std::size_t i = 0; i < joined.network().order.size; ++i) {
     const Vec3 turned_a =
         by.direction({static_cast<double>(a[0][i]), static_cast<double>(a[1][i]), static_cast<double>(a[2][i])});
     for (std::size_t axis = 0; axis < 3; ++axis) a[axis][i] = static_cast<A>(turned_a[axis]);

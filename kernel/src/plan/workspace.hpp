@@ -22,7 +22,7 @@ namespace dvdx {
 
 // A particle that stays where the state has it, or goes where a motion carries it (then with the velocity v).
 template <class T>
-struct Held {
+struct PinnedState {
   std::uint32_t particle = 0, element = 0;
   std::array<T, 3> x{}, v{};
 };
@@ -51,7 +51,8 @@ class JoinedWorkspace {
   [[nodiscard]] std::size_t bytes() const noexcept { return bytes_for(held.capacity()); }
   // The bytes of a workspace for so many fixed particles.
   [[nodiscard]] std::size_t bytes_for(std::size_t fixed) const noexcept {
-    return columns_.bytes() + faces.bytes() + meet.bytes() + still.size() + 4 * still_on.size() + fixed * sizeof(Held<T>);
+    return columns_.bytes() + faces.bytes() + meet.bytes() + still.size() + 4 * still_on.size() +
+           fixed * sizeof(PinnedState<T>);
   }
 
   // Whether a workspace's accelerations are of the state in these columns at this time; and whose they are now.
@@ -81,7 +82,7 @@ class JoinedWorkspace {
   WorkRooms<T> line_rooms;
   std::array<T*, 3> origin{};              // null, or where each particle was when the step began
   std::array<T*, 3> air_v{};               // null, or the velocity that air meets
-  std::vector<Held<T>> held;               // by element; the first of them, as many as are fixed
+  std::vector<PinnedState<T>> held;        // by element; the first of them, as many as are fixed
   std::vector<DrivenMotion> motions;       // what the caller has asked of each motion,
   std::vector<DrivenPlaces> groups;        // and of each group of kinematic particles
   std::vector<DrivenSkin> skins;           // and of each skin

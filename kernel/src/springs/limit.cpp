@@ -180,7 +180,7 @@ bool is_stable(const Oscillation& step) { return std::abs(step.x[0] + step.v[1])
 
 // A step that is its own inverse has x[0] = v[1] and keeps  x[1] v^2 - v[0] x^2:  x^2 + v^2 swings between that over x[1] and
 // that over -v[0].
-bool is_calm(const Oscillation& step) {
+bool is_energy_bounded(const Oscillation& step) {
   const double ratio = -step.v[0] / step.x[1];
   return is_stable(step) && ratio > 0.5 && ratio < 2;
 }
@@ -327,10 +327,10 @@ StableRange scheme_limit(const Coupling& coupling) {
 
 // leapfrog leaves E = 1 - q + q^2/2 of the speed of what damps most, which is one again at its limit: 3/4 at 1 + sqrt(1/2).
 // fourth_order leaves a tenth at q = 6.
-StableRange calm_limit(const Coupling& coupling) {
+StableRange bounded_energy_limit(const Coupling& coupling) {
   if (coupling.scheme == Scheme::sequential || coupling.scheme == Scheme::accumulate) return scheme_limit(coupling);
   const double damping = coupling.scheme == Scheme::leapfrog ? 1 + std::sqrt(0.5) : damping_limit(coupling);
-  return {oscillator_limit(splitting(coupling), is_calm), damping};
+  return {oscillator_limit(splitting(coupling), is_energy_bounded), damping};
 }
 
 namespace {

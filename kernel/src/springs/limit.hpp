@@ -68,7 +68,7 @@ StableRange scheme_limit(const Coupling& coupling);
 
 // The same up to which the energy of linear springs stays within half and twice of what it is (leapfrog's swings by
 // 1/(1 - z^2/4), without bound towards the limit), and what damps most loses a quarter of its speed at least in a sub-step.
-StableRange calm_limit(const Coupling& coupling);
+StableRange bounded_energy_limit(const Coupling& coupling);
 
 // Sub-steps of a step h that keep both within such a range, and which of the two asks for more of them.
 int substeps_for(const StableRange& range, double h, const HighestRates& rates);

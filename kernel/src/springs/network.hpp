@@ -132,12 +132,12 @@ struct DampingPass {
 struct Strand {
   std::uint32_t a = 0, b = 0, count = 0;
   std::uint32_t springs = 0;  // where its columns of `inverse` and `lambda` begin
-  std::uint32_t family = 0;
-  std::uint32_t turn = 0;  // strands in a row of one turn are of one family, and share no particle either
+  std::uint32_t material = 0;
+  std::uint32_t turn = 0;  // strands in a row of one turn are of one material, and share no particle either
 };
 
 template <class T>
-struct StrandFamily {
+struct Material {
   T kappa{}, eta{}, l{};  // k h^2, c h, rest length; h the part of the sub-step that has passed: theta times it
 };
 
@@ -153,7 +153,7 @@ enum class Visit : std::uint8_t {
 //
 // How the ends of 16 springs stand, four by four: 0, 4, 8 and 12; 1, 5, 9 and 13; and so on. Where both ends of each four stand
 // side by side, or first and second ends in turn, whole registers are loaded and stored in place of single records.
-enum class Stand : std::uint8_t { anywhere, side_by_side, in_turn };
+enum class RecordLayout : std::uint8_t { anywhere, side_by_side, in_turn };
 
 // The numbers of a particle that the springs read and move lie in records of four, the last of which nothing reads: one load or
 // store an end. Registers of a transposed record hold one axis each. Numbers that a first visit keeps for the second lie in the
@@ -162,7 +162,7 @@ template <class T>
 struct RangeTerms {
   const std::uint32_t* first = nullptr;            // spring of each range, and one more
   const std::uint32_t *a = nullptr, *b = nullptr;  // of each spring: where its ends' records begin
-  const Stand* stand = nullptr;                    // of 16 springs
+  const RecordLayout* layout = nullptr;            // of 16 springs
   const T* l = nullptr;                            // rest length of each spring
   const T* coefficients = nullptr;                 // coefficient_sets of 16 numbers; sets that are equal are kept once
   const std::uint32_t* coefficients_of = nullptr;  // of 16 springs: where theirs begin
@@ -204,8 +204,8 @@ struct LineStrand {
 inline constexpr std::size_t most_phases = 4;
 struct LineFamily {
   std::ptrdiff_t down = 0, right = 0;
-  std::uint32_t family = 0;   // StrandFamily
-  std::uint32_t strands = 0;  // of the first row's first line; line by line, row by row, sheet by sheet
+  std::uint32_t material = 0;  // of its strands
+  std::uint32_t strands = 0;   // of the first row's first line; line by line, row by row, sheet by sheet
 };
 struct SheetLineTerms {
   const LineFamily* families = nullptr;
@@ -263,7 +263,7 @@ struct NextLine {
 template <class T>
 struct SweepTerms {
   const Strand* strands = nullptr;
-  const StrandFamily<T>* families = nullptr;               // of a grid; or, of a list,
+  const Material<T>* materials = nullptr;                  // of a grid; or, of a list,
   const T *kappa = nullptr, *eta = nullptr, *l = nullptr;  // of each spring
   const T* inverse = nullptr;                              // 1 / (1 + (kappa + eta) (w_a + w_b))
   RangeTerms<T> ranges{};                                  // or springs anywhere

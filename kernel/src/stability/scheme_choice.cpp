@@ -43,7 +43,7 @@ SchemeChoice take_scheme(Coupling& coupling, double step, const HighestRates& ra
   };
   SchemeChoice choice;
   const int safe = substeps_for(scheme_limit(by(Scheme::leapfrog)), step, rates);
-  choice.leapfrog = coupling.substeps.value_or(substeps_for(calm_limit(by(Scheme::leapfrog)), step, rates));
+  choice.leapfrog = coupling.substeps.value_or(substeps_for(bounded_energy_limit(by(Scheme::leapfrog)), step, rates));
   const double longest = coupling.longest_substep.value_or(net.longest_substep(by(Scheme::sequential), rates));
   const int fewest = net.drapes() ? choice.leapfrog : 1;  // its error is not known
   choice.sequential = coupling.substeps.value_or(std::max(fewest, substeps_within(longest, step)));

@@ -520,7 +520,7 @@ double SweptNet::longest_substep(const Coupling& coupling, const HighestRates& r
     const int middle = (low + high) / 2;
     (keeps(middle) ? low : high) = middle;
   }
-  const StableRange leapfrog = calm_limit({});
+  const StableRange leapfrog = bounded_energy_limit({});
   const double of_leapfrog = std::min(leapfrog.frequency / rates.frequency, leapfrog.damping / rates.damping);
   return std::max(rung(low), of_leapfrog);
 }

@@ -15,7 +15,7 @@ HaloColumns halo_of(const std::array<T*, 3>& columns, const std::uint32_t* eleme
 }
 
 // Nothing, where a scene is whole.
-inline void tell(const Exchange& exchange, const HaloColumns& halo) noexcept {
+inline void send(const Exchange& exchange, const HaloColumns& halo) noexcept {
   if (exchange.start == nullptr) return;
   exchange.start(exchange.context, halo);
   exchange.finish(exchange.context, halo);

@@ -48,7 +48,7 @@ OwnRows own_rows(const Owned& whole, std::uint32_t part) {
 }
 
 // Whole rows, where a part holds more of others than its springs reach.
-void tell_rows(const Owned& whole, std::uint32_t part, std::uint32_t pulses, ToldByPart& told) {
+void list_halo_rows(const Owned& whole, std::uint32_t part, std::uint32_t pulses, HaloByPart& told) {
   if (!whole.rows || (!is_swept(whole.scene) && pulses == 1)) return;
   const Grid& sheet = *whole.rows;
   const OwnRows own = own_rows(whole, part);
@@ -61,20 +61,20 @@ void tell_rows(const Owned& whole, std::uint32_t part, std::uint32_t pulses, Tol
   }
 }
 
-void tell_ends_of_springs(const Owned& whole, std::uint32_t part, Part& made, ToldByPart& told) {
+void list_ends_of_springs(const Owned& whole, std::uint32_t part, Part& made, HaloByPart& told) {
   for (const auto& [a, b] : joined(whole.scene, whole.owner.size())) {
     const std::uint32_t of_a = whole.owner[a], of_b = whole.owner[b];
     if (of_a != part && of_b != part) continue;
     ++made.springs;
     if (of_a == of_b) continue;
     ++made.cut;
-    Told& other = told[of_a == part ? of_b : of_a];
+    HaloRows& other = told[of_a == part ? of_b : of_a];
     other.sent.push_back(of_a == part ? a : b);
     other.received.push_back(of_a == part ? b : a);
   }
 }
 
-void tell_what_meets_air(const Owned& whole, std::uint32_t part, ToldByPart& told) {
+void list_halo_of_air(const Owned& whole, std::uint32_t part, HaloByPart& told) {
   const SharedTriangles in_air(whole.scene, whole.owner.size());
   for (std::uint32_t i = 0; i < whole.owner.size(); ++i) {
     if (whole.owner[i] != part) continue;
@@ -88,11 +88,11 @@ void tell_what_meets_air(const Owned& whole, std::uint32_t part, ToldByPart& tol
 
 }  // namespace
 
-ToldByPart told_to(const Owned& whole, std::uint32_t part, Part& made) {
-  ToldByPart told;
-  tell_rows(whole, part, made.pulses_per_telling, told);
-  tell_ends_of_springs(whole, part, made, told);
-  tell_what_meets_air(whole, part, told);
+HaloByPart told_to(const Owned& whole, std::uint32_t part, Part& made) {
+  HaloByPart told;
+  list_halo_rows(whole, part, made.pulses_per_telling, told);
+  list_ends_of_springs(whole, part, made, told);
+  list_halo_of_air(whole, part, told);
   return told;
 }
 

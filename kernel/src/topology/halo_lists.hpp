@@ -14,29 +14,29 @@
 namespace dvdx {
 
 // In numbers of the whole.
-struct Told {
+struct HaloRows {
   std::vector<std::uint32_t> sent, received;
 };
-using ToldByPart = std::map<std::uint32_t, Told>;
+using HaloByPart = std::map<std::uint32_t, HaloRows>;
 
 // A sheet's rows that a part owns, side by side; owner_of: of a row.
 struct OwnRows {
   std::uint64_t first = 0, end = 0;
 };
 template <class OwnerOf>
-void hold_rows(const Grid& grid, const OwnRows& own, const OwnerOf& owner_of, const RowsHeld& depth, ToldByPart& told) {
+void hold_rows(const Grid& grid, const OwnRows& own, const OwnerOf& owner_of, const RowsHeld& depth, HaloByPart& told) {
   const auto add = [&](std::vector<std::uint32_t>& list, std::uint64_t from_row, std::uint64_t to_row) {
     for (std::uint64_t i = from_row * grid.columns; i < to_row * grid.columns; ++i) {
       list.push_back(static_cast<std::uint32_t>(i));
     }
   };
   if (own.first != 0) {
-    Told& above = told[owner_of(own.first - 1)];
+    HaloRows& above = told[owner_of(own.first - 1)];
     add(above.sent, own.first, std::min(own.end, own.first + depth.below));
     add(above.received, own.first - depth.above, own.first);
   }
   if (own.end != grid.rows) {
-    Told& below = told[owner_of(own.end)];
+    HaloRows& below = told[owner_of(own.end)];
     add(below.sent, own.end - depth.above, own.end);
     add(below.received, own.end, std::min<std::uint64_t>(grid.rows, own.end + depth.below));
   }
@@ -44,7 +44,7 @@ void hold_rows(const Grid& grid, const OwnRows& own, const OwnerOf& owner_of, co
 
 // place_of: in the part, of a number of the whole.
 template <class PlaceOf>
-void add_neighbours(ToldByPart& told, const PlaceOf& place_of, Part& part) {
+void add_neighbours(HaloByPart& told, const PlaceOf& place_of, Part& part) {
   const auto in_part = [&](std::vector<std::uint32_t>& numbers) {
     std::sort(numbers.begin(), numbers.end());
     numbers.erase(std::unique(numbers.begin(), numbers.end()), numbers.end());
@@ -59,6 +59,6 @@ void add_neighbours(ToldByPart& told, const PlaceOf& place_of, Part& part) {
 }
 
 // By the others. Counts the part's springs too.
-[[nodiscard]] ToldByPart told_to(const Owned& whole, std::uint32_t part, Part& made);
+[[nodiscard]] HaloByPart told_to(const Owned& whole, std::uint32_t part, Part& made);
 
 }  // namespace dvdx

@@ -106,7 +106,7 @@ bool fits(std::span<const JoinedPair> springs, const ListSheet& sheet) {
   return std::all_of(springs.begin(), springs.end(), leads_there) && !has_doubles(springs);
 }
 
-ListSheet told_sheet(const SweptPart& sweeps, std::size_t count) noexcept {
+ListSheet given_sheet(const SweptPart& sweeps, std::size_t count) noexcept {
   return {.rows = count / sweeps.columns, .columns = sweeps.columns, .reach = sweeps.reach};
 }
 

@@ -40,7 +40,7 @@ enum class SpringsAre : std::uint8_t { in_rows, any };  // in_rows: ropes and sh
 [[nodiscard]] bool are_ropes(std::span<const JoinedPair> springs, std::size_t count);
 
 // The sheet that a part is told its `count` particles stand in; sweeps.columns is not 0.
-[[nodiscard]] ListSheet told_sheet(const SweptPart& sweeps, std::size_t count) noexcept;
+[[nodiscard]] ListSheet given_sheet(const SweptPart& sweeps, std::size_t count) noexcept;
 
 // Directions of the springs, in the order of the neighbour's number; what they are made of is each spring's own.
 [[nodiscard]] std::vector<GridDirection> directions_of(std::span<const JoinedPair> springs, const ListSheet& sheet);

@@ -102,7 +102,7 @@ SweptPart swept_part(const Whole& whole, const Part& part, const Renumbered& ren
 
 // A part's own particles and those that it is told of, in the order in which a particle sums its springs; of a list in pieces its
 // own come first.
-std::vector<std::uint32_t> particles_of(const Owned& whole, std::uint32_t part, const ToldByPart& told) {
+std::vector<std::uint32_t> particles_of(const Owned& whole, std::uint32_t part, const HaloByPart& told) {
   const std::size_t count = whole.owner.size();
   std::vector<std::uint8_t> is_held(count, 0);
   for (std::size_t i = 0; i < count; ++i) is_held[i] = whole.owner[i] == part ? 1 : 0;
@@ -137,7 +137,7 @@ Expected<Part> part_of(const Scene& scene, std::span<const std::uint32_t> owner,
   Part made;
   made.own = static_cast<std::size_t>(std::count(owner.begin(), owner.end(), part));
   if (whole.rows) made.pulses_per_telling = pulses_per_telling(scene, *whole.rows, fewest_rows(whole));
-  ToldByPart told = told_to(whole, part, made);
+  HaloByPart told = told_to(whole, part, made);
   made.particles = particles_of(whole, part, told);
   for (const std::uint32_t i : made.particles) made.is_own.push_back(owner[i] == part ? 1 : 0);
   const Renumbered renumbered(made);

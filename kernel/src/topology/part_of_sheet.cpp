@@ -43,7 +43,7 @@ class RowOwners {
 
 // The springs that reach the part's own rows.
 void add_springs(const Grid& sheet, const RowOwners& owner_of, std::uint32_t part, const OwnRows& own, Part& made,
-                 ToldByPart& told) {
+                 HaloByPart& told) {
   for (const GridDirection& d : directions_of(sheet)) {
     const std::size_t from = d.right < 0 ? static_cast<std::size_t>(-d.right) : 0;
     const std::size_t across = d.right > 0 ? static_cast<std::size_t>(d.right) : 0;
@@ -56,7 +56,7 @@ void add_springs(const Grid& sheet, const RowOwners& owner_of, std::uint32_t par
       made.springs += to - from;
       if (above == below) continue;
       made.cut += to - from;
-      Told& other = told[above == part ? below : above];
+      HaloRows& other = told[above == part ? below : above];
       for (std::size_t column = from; column < to; ++column) {
         const auto a = static_cast<std::uint32_t>(row * sheet.columns + column);
         const auto b = static_cast<std::uint32_t>((row + d.down) * sheet.columns + column + static_cast<std::size_t>(d.right));
@@ -68,7 +68,7 @@ void add_springs(const Grid& sheet, const RowOwners& owner_of, std::uint32_t par
 }
 
 // Own rows, and what of others a part is told of.
-void hold_particles(const Grid& sheet, const OwnRows& own, const ToldByPart& told, Part& made) {
+void hold_particles(const Grid& sheet, const OwnRows& own, const HaloByPart& told, Part& made) {
   for (const auto& [other, lists] : told) {
     made.particles.insert(made.particles.end(), lists.received.begin(), lists.received.end());
   }
@@ -93,7 +93,7 @@ std::optional<Part> part_of_sheet(const Scene& scene, std::size_t count, std::ui
   Part made;
   made.pulses_per_telling = pulses_per_telling(scene, *sheet, owner_of.fewest());
   if (own.first == own.end) return made;
-  ToldByPart told;
+  HaloByPart told;
   if (is_swept(scene) || made.pulses_per_telling > 1) {
     hold_rows(*sheet, own, owner_of, rows_held(scene, *sheet, made.pulses_per_telling), told);
   }

@@ -18,53 +18,57 @@
 namespace dvdx {
 namespace {
 
-struct Way {
+struct StencilOffset {
   std::ptrdiff_t down, right;
-  bool operator==(const Way&) const = default;
+  bool operator==(const StencilOffset&) const = default;
 };
 
 // Where springs lead from each particle of a sheet.
 class SheetShape {
  public:
-  explicit SheetShape(std::vector<Way> ways) : ways_(std::move(ways)) {}
+  explicit SheetShape(std::vector<StencilOffset> offsets) : offsets_(std::move(offsets)) {}
 
-  [[nodiscard]] bool has(const Way& way) const noexcept { return std::find(ways_.begin(), ways_.end(), way) != ways_.end(); }
+  [[nodiscard]] bool has(const StencilOffset& offset) const noexcept {
+    return std::find(offsets_.begin(), offsets_.end(), offset) != offsets_.end();
+  }
   [[nodiscard]] std::size_t springs(std::size_t rows, std::size_t columns) const noexcept {
     std::size_t count = 0;
-    for (const Way& way : ways_) {
-      const auto across = static_cast<std::size_t>(std::abs(way.right));
-      const auto down = static_cast<std::size_t>(way.down);
+    for (const StencilOffset& offset : offsets_) {
+      const auto across = static_cast<std::size_t>(std::abs(offset.right));
+      const auto down = static_cast<std::size_t>(offset.down);
       if (rows > down && columns > across) count += (rows - down) * (columns - across);
     }
     return count;
   }
   // Neighbours of the particle in the corner above on the left.
   [[nodiscard]] std::size_t at_corner() const noexcept {
-    return static_cast<std::size_t>(std::count_if(ways_.begin(), ways_.end(), [](const Way& way) { return way.right >= 0; }));
+    return static_cast<std::size_t>(
+        std::count_if(offsets_.begin(), offsets_.end(), [](const StencilOffset& offset) { return offset.right >= 0; }));
   }
   // The number of springs that lead to a place, in rows of so many columns.
   [[nodiscard]] std::size_t leading_to(std::size_t row, std::size_t column, std::size_t columns) const noexcept {
     const auto r = static_cast<std::ptrdiff_t>(row), c = static_cast<std::ptrdiff_t>(column);
-    return static_cast<std::size_t>(std::count_if(ways_.begin(), ways_.end(), [&](const Way& way) {
-      return r >= way.down && c >= way.right && c - way.right < static_cast<std::ptrdiff_t>(columns);
+    return static_cast<std::size_t>(std::count_if(offsets_.begin(), offsets_.end(), [&](const StencilOffset& offset) {
+      return r >= offset.down && c >= offset.right && c - offset.right < static_cast<std::ptrdiff_t>(columns);
     }));
   }
 
  private:
-  std::vector<Way> ways_;
+  std::vector<StencilOffset> offsets_;
 };
 
 // Along rows and columns; with any of the diagonals; and with bends along rows, columns or both, or across the sides of triangles.
 std::vector<SheetShape> shapes() {
-  const std::array<std::vector<Way>, 4> diagonals{{{}, {{1, 1}}, {{1, -1}}, {{1, 1}, {1, -1}}}};
-  const std::array<std::vector<Way>, 6> bends{{{}, {{0, 2}}, {{2, 0}}, {{0, 2}, {2, 0}}, {{1, 2}, {2, 1}}, {{1, -2}, {2, -1}}}};
+  const std::array<std::vector<StencilOffset>, 4> diagonals{{{}, {{1, 1}}, {{1, -1}}, {{1, 1}, {1, -1}}}};
+  const std::array<std::vector<StencilOffset>, 6> bends{
+      {{}, {{0, 2}}, {{2, 0}}, {{0, 2}, {2, 0}}, {{1, 2}, {2, 1}}, {{1, -2}, {2, -1}}}};
   std::vector<SheetShape> all;
-  for (const std::vector<Way>& diagonal : diagonals) {
-    for (const std::vector<Way>& bend : bends) {
-      std::vector<Way> ways{{0, 1}, {1, 0}};
-      ways.insert(ways.end(), diagonal.begin(), diagonal.end());
-      ways.insert(ways.end(), bend.begin(), bend.end());
-      all.emplace_back(std::move(ways));
+  for (const std::vector<StencilOffset>& diagonal : diagonals) {
+    for (const std::vector<StencilOffset>& bend : bends) {
+      std::vector<StencilOffset> offsets{{0, 1}, {1, 0}};
+      offsets.insert(offsets.end(), diagonal.begin(), diagonal.end());
+      offsets.insert(offsets.end(), bend.begin(), bend.end());
+      all.emplace_back(std::move(offsets));
     }
   }
   return all;

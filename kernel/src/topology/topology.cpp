@@ -30,7 +30,7 @@ Topology::Topology(const Scene& scene, const SteppedGrid& stepped, std::size_t c
   }
   const SweptPart* const told = is_swept ? elsewhere.sweeps : nullptr;
   if (told != nullptr && told->columns != 0) {
-    list_sheet_ = told_sheet(*told, count);
+    list_sheet_ = given_sheet(*told, count);
   } else if (told == nullptr && is_swept) {
     list_sheet_ = dvdx::list_sheet(scene, pairs, count);
   }

@@ -12,7 +12,7 @@
 #include "kernel/passes/constrained.hpp"
 #include "kernel/passes/every_run.hpp"
 #include "kernel/passes/joined_run.hpp"
-#include "plan/joints.hpp"
+#include "plan/compiled_network.hpp"
 #include "support/batch.hpp"
 
 namespace constrained::bits_test {

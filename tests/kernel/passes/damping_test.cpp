@@ -227,7 +227,7 @@ TEST_CASE("damping: sub-steps are the larger of what the frequency and the dampi
 
 TEST_CASE("damping: with the sub-steps of auto what damps most loses a quarter of its speed in each, at least") {
   for (const Coupling& coupling : {leapfrog, fourth_order}) {
-    const double most = calm_limit(coupling).damping;
+    const double most = bounded_energy_limit(coupling).damping;
     for (const double q : {0.6 * most, 0.9 * most, most}) {
       const Matrix step = substep_of({{0, 0}, {q, 0}, 0}, coupling);
       CHECK(std::abs(step[2][2]) <= 0.75 * (1 + 1e-12));

@@ -9,7 +9,7 @@
 #include "kernel/passes/cloths.hpp"
 #include "kernel/passes/joined_run.hpp"
 #include "kernel/passes/networks.hpp"
-#include "plan/joints.hpp"
+#include "plan/compiled_network.hpp"
 #include "support/batch.hpp"
 
 namespace networks::bits_test {

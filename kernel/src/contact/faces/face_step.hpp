@@ -288,10 +288,10 @@ class FaceStep {
       add(work_.v, of[k], pulse.dv, pulse.share[k]);
     }
     pushed_ += *std::max_element(pulse.share.begin(), pulse.share.end()) * length(pulse.move_on);
-    if (report_ != nullptr) tell(body.contact, pulse);
+    if (report_ != nullptr) report(body.contact, pulse);
   }
 
-  void tell(std::size_t contact, const FacePulse& pulse) noexcept {
+  void report(std::size_t contact, const FacePulse& pulse) noexcept {
     if (sums_ && sums_->contact() != contact) {
       sums_->join(*report_);
       sums_.reset();

@@ -351,8 +351,8 @@ Three<V> grown(const Terms<Scalar<V>>& terms, const Three<V>& dv, std::size_t fi
 }
 
 template <class V, Arithmetic arithmetic>
-void tell_bounces(const Terms<Scalar<V>>& terms, const Bounce<V>& bounce, std::size_t first,
-                  ContactLog<Scalar<V>>& log) noexcept {
+void report_bounces(const Terms<Scalar<V>>& terms, const Bounce<V>& bounce, std::size_t first,
+                    ContactLog<Scalar<V>>& log) noexcept {
   using T = Scalar<V>;
   const V number(T(0));
   if (any_lane<V>(bounce.is_impact)) {
@@ -375,7 +375,7 @@ template <class V, Arithmetic arithmetic>
   if (is_one_plane<V>(terms)) {
     Bounce<V> bounce;
     left = bounce_once<V, arithmetic>(terms, touches, m, &bounce);
-    tell_bounces<V, arithmetic>(terms, bounce, first, log);
+    report_bounces<V, arithmetic>(terms, bounce, first, log);
   }
   if (!any_lane<V>(left)) return;
   const Trajectory<V> before = m;

@@ -10,19 +10,19 @@ namespace dvdx {
 namespace {
 
 // Which springs a grid has besides those between neighbours of a row or a column.
-enum class Weave : std::uint8_t { plain, shear, bend, shear_bend };
+enum class Stencil : std::uint8_t { plain, shear, bend, shear_bend };
 // The quantity that a walk over the springs takes from them, and leaves at each particle.
 enum class Walk : std::uint8_t { kick, acceleration, damping };
 
-constexpr bool has_shear(Weave weave) noexcept { return weave == Weave::shear || weave == Weave::shear_bend; }
-constexpr bool has_bend(Weave weave) noexcept { return weave == Weave::bend || weave == Weave::shear_bend; }
+constexpr bool has_shear(Stencil stencil) noexcept { return stencil == Stencil::shear || stencil == Stencil::shear_bend; }
+constexpr bool has_bend(Stencil stencil) noexcept { return stencil == Stencil::bend || stencil == Stencil::shear_bend; }
 
 // Every spring is computed once. Its first end is in the current register; what its second end, one column on, gets is moved
 // up by a lane, and what the row below gets is kept until that row comes. A particle's sum runs in the order of its neighbours'
 // numbers: first what the row above has left, negated as one sum, which rounds like one subtraction after the other.
 //
 // Columns [from, to) of a grid; wider grids are taken in stripes whose kept rows stay in first-level cache.
-template <class V, Weave weave, Walk walk, Arithmetic arithmetic>
+template <class V, Stencil stencil, Walk walk, Arithmetic arithmetic>
 class GridStripe {
   using T = Scalar<V>;
 
@@ -36,7 +36,7 @@ class GridStripe {
 
   void run(std::size_t from_row, std::size_t to_row) noexcept {
     // The rows above only for what they leave to the first ones here.
-    const std::size_t above = std::min<std::size_t>(from_row, has_bend(weave) ? 2 : 1);
+    const std::size_t above = std::min<std::size_t>(from_row, has_bend(stencil) ? 2 : 1);
     for (std::size_t row = from_row - above; row < to_row; ++row) {
       if (row < from_row) {
         sweep_row<Row::above>(row, row + above == from_row);
@@ -70,11 +70,11 @@ class GridStripe {
     Ends ends;
     ends.own = load_three<V>(columns, i);
     ends.right = load_three<V>(columns, i + 1);
-    if constexpr (has_bend(weave)) ends.right2 = load_three<V>(columns, i + 2);
+    if constexpr (has_bend(stencil)) ends.right2 = load_three<V>(columns, i + 2);
     const bool has_below = row + 1 < grid_.rows;
     ends.below = has_below ? load_three<V>(columns, i + grid_.pitch) : nothing;
-    if constexpr (has_shear(weave)) ends.right_below = has_below ? load_three<V>(columns, i + grid_.pitch + 1) : nothing;
-    if constexpr (has_bend(weave)) ends.below2 = row + 2 < grid_.rows ? load_three<V>(columns, i + 2 * grid_.pitch) : nothing;
+    if constexpr (has_shear(stencil)) ends.right_below = has_below ? load_three<V>(columns, i + grid_.pitch + 1) : nothing;
+    if constexpr (has_bend(stencil)) ends.below2 = row + 2 < grid_.rows ? load_three<V>(columns, i + 2 * grid_.pitch) : nothing;
     return ends;
   }
 
@@ -87,11 +87,11 @@ class GridStripe {
     Forces F;
     F.right = pulled(f.right, x.right - x.own, v.right - v.own);
     F.below = pulled(f.below, x.below - x.own, v.below - v.own);
-    if constexpr (has_shear(weave)) {
+    if constexpr (has_shear(stencil)) {
       F.left_below = pulled(f.left_below, x.below - x.right, v.below - v.right);
       F.right_below = pulled(f.right_below, x.right_below - x.own, v.right_below - v.own);
     }
-    if constexpr (has_bend(weave)) {
+    if constexpr (has_bend(stencil)) {
       F.right2 = pulled(f.right2, x.right2 - x.own, v.right2 - v.own);
       F.below2 = pulled(f.below2, x.below2 - x.own, v.below2 - v.own);
     }
@@ -105,11 +105,11 @@ class GridStripe {
       force = select(is_inside, force, three<V>(V(T(0))));
     };
     keep(grid_.columns - 1, F.right);
-    if constexpr (has_shear(weave)) {
+    if constexpr (has_shear(stencil)) {
       keep(grid_.columns - 1, F.left_below);
       keep(grid_.columns - 1, F.right_below);
     }
-    if constexpr (has_bend(weave)) keep(grid_.columns - 2, F.right2);
+    if constexpr (has_bend(stencil)) keep(grid_.columns - 2, F.right2);
   }
 
   // Springs that are torn.
@@ -120,11 +120,11 @@ class GridStripe {
     };
     keep(0, F.right);
     keep(3, F.below);
-    if constexpr (has_shear(weave)) {
+    if constexpr (has_shear(stencil)) {
       keep(2, F.left_below);
       keep(4, F.right_below);
     }
-    if constexpr (has_bend(weave)) {
+    if constexpr (has_bend(stencil)) {
       keep(1, F.right2);
       keep(5, F.below2);
     }
@@ -151,7 +151,7 @@ class GridStripe {
       if (whole != nullptr) cut_torn(whole, column, F);
       const std::size_t at = column - from_;
       Three<V> right_below = zero;
-      if constexpr (has_shear(weave)) right_below = moved<1>(before.right_below, F.right_below);
+      if constexpr (has_shear(stencil)) right_below = moved<1>(before.right_below, F.right_below);
       if constexpr (kind == Row::own) {
         const Three<V> left = is_first ? zero : load_three<V>(left_for_below(), at);
         leave(row * grid_.pitch + column, zero - left, before, F);
@@ -162,14 +162,14 @@ class GridStripe {
   }
 
   [[gnu::always_inline]] void leave(std::size_t i, Three<V> sum, const Forces& before, const Forces& F) const noexcept {
-    if constexpr (has_bend(weave)) sum = sum - moved<2>(before.right2, F.right2);
+    if constexpr (has_bend(stencil)) sum = sum - moved<2>(before.right2, F.right2);
     sum = sum - moved<1>(before.right, F.right);
     sum = sum + F.right;
-    if constexpr (has_bend(weave)) sum = sum + F.right2;
-    if constexpr (has_shear(weave)) sum = sum + moved<1>(before.left_below, F.left_below);
+    if constexpr (has_bend(stencil)) sum = sum + F.right2;
+    if constexpr (has_shear(stencil)) sum = sum + moved<1>(before.left_below, F.left_below);
     sum = sum + F.below;
-    if constexpr (has_shear(weave)) sum = sum + F.right_below;
-    if constexpr (has_bend(weave)) sum = sum + F.below2;
+    if constexpr (has_shear(stencil)) sum = sum + F.right_below;
+    if constexpr (has_bend(stencil)) sum = sum + F.below2;
     if constexpr (walk == Walk::acceleration) return leave_acceleration(work_, i, sum);
     if constexpr (walk == Walk::damping) return leave_damped<arithmetic>(work_, pass_, i, sum);
     const V w = V(pass_.s) * load_lanes<V>(work_.w + i);
@@ -181,10 +181,10 @@ class GridStripe {
   [[gnu::always_inline]] void leave_for_below(std::size_t row, std::size_t at, bool is_first, const Three<V>& right_below,
                                               const Forces& F) noexcept {
     Three<V> sum = F.below;
-    if constexpr (has_shear(weave)) sum = (right_below + F.below) + F.left_below;
-    if constexpr (has_bend(weave)) {
+    if constexpr (has_shear(stencil)) sum = (right_below + F.below) + F.left_below;
+    if constexpr (has_bend(stencil)) {
       const Three<V> from_above = is_first ? three<V>(V(T(0))) : load_three<V>(kept(left2_[(row + 1) % 2]), at);
-      if constexpr (has_shear(weave)) {
+      if constexpr (has_shear(stencil)) {
         sum = ((from_above + right_below) + F.below) + F.left_below;
       } else {
         sum = from_above + F.below;
@@ -207,13 +207,13 @@ class GridStripe {
   const DampingPass<T>& pass_;
   std::size_t from_, to_;
   Kept left_;  // left uninitialised: the first row does not read it
-  std::array<Kept, has_bend(weave) ? 2 : 1> left2_;
+  std::array<Kept, has_bend(stencil) ? 2 : 1> left2_;
 };
 
-template <class V, Weave weave, Walk walk, Arithmetic arithmetic>
+template <class V, Stencil stencil, Walk walk, Arithmetic arithmetic>
 void walk_woven(const GridTerms<Scalar<V>>& grid, const WorkColumns<Scalar<V>>& work, const DampingPass<Scalar<V>>& pass,
                 std::size_t from, std::size_t to) noexcept {
-  using Stripe = GridStripe<V, weave, walk, arithmetic>;
+  using Stripe = GridStripe<V, stencil, walk, arithmetic>;
   for (std::size_t column = 0; column < grid.columns; column += Stripe::width) {
     Stripe(grid, work, pass, column, std::min(column + Stripe::width, grid.columns)).run(from, to);
   }
@@ -224,10 +224,10 @@ void walk_grid(const GridTerms<Scalar<V>>& grid, const WorkColumns<Scalar<V>>& w
                std::size_t from, std::size_t to) noexcept {
   const bool is_sheared = grid.along.right_below.is_there();
   const bool is_bent = grid.along.right2.is_there();
-  if (is_sheared && is_bent) return walk_woven<V, Weave::shear_bend, walk, arithmetic>(grid, work, pass, from, to);
-  if (is_sheared) return walk_woven<V, Weave::shear, walk, arithmetic>(grid, work, pass, from, to);
-  if (is_bent) return walk_woven<V, Weave::bend, walk, arithmetic>(grid, work, pass, from, to);
-  walk_woven<V, Weave::plain, walk, arithmetic>(grid, work, pass, from, to);
+  if (is_sheared && is_bent) return walk_woven<V, Stencil::shear_bend, walk, arithmetic>(grid, work, pass, from, to);
+  if (is_sheared) return walk_woven<V, Stencil::shear, walk, arithmetic>(grid, work, pass, from, to);
+  if (is_bent) return walk_woven<V, Stencil::bend, walk, arithmetic>(grid, work, pass, from, to);
+  walk_woven<V, Stencil::plain, walk, arithmetic>(grid, work, pass, from, to);
 }
 
 template <class V, Arithmetic arithmetic>

@@ -47,12 +47,12 @@ void find_neighbours(const NetworkInput& in, Slots& found) {
 
 // At fixed offsets where that takes few slots more than the lane with most neighbours has.
 void add_slots_of_slice(std::size_t first, Slots& slots) {
-  struct Placed {
+  struct KeyedSlot {
     std::pair<std::int32_t, std::uint32_t> key;  // offset, nth
     std::size_t lane;
     std::uint32_t place;
   };
-  std::vector<Placed> all;
+  std::vector<KeyedSlot> all;
   std::size_t most = 0;
   for (std::size_t lane = 0; lane < slice; ++lane) {
     const std::uint32_t from = slots.first[first + lane], to = slots.first[first + lane + 1];
@@ -61,7 +61,7 @@ void add_slots_of_slice(std::size_t first, Slots& slots) {
       all.push_back({{slots.neighbours[n].offset, slots.neighbours[n].nth}, lane, n});
     }
   }
-  std::sort(all.begin(), all.end(), [](const Placed& m, const Placed& n) { return m.key < n.key; });
+  std::sort(all.begin(), all.end(), [](const KeyedSlot& m, const KeyedSlot& n) { return m.key < n.key; });
   const auto is_new = [&](std::size_t k) { return k != 0 && all[k].key != all[k - 1].key; };
   std::size_t different = all.empty() ? 0 : 1;
   for (std::size_t k = 0; k < all.size(); ++k) {

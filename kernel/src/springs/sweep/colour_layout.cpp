@@ -16,9 +16,9 @@ namespace {
 // Springs by their index.
 using SpringIndices = std::vector<std::size_t>;
 
-// Four springs that a register may take whole: see Stand.
+// Four springs that a register may take whole: see RecordLayout.
 struct Four {
-  Stand stand;
+  RecordLayout layout;
   std::array<std::size_t, 4> springs;
 };
 
@@ -59,14 +59,14 @@ class Fours {
       take_in_turn(row);
       take_in_turn(row.subspan(1));
     } else if (span(row[0]) >= 4) {
-      for (std::size_t n = 0; n + 3 < row.size(); n += 4) take(Stand::side_by_side, row.subspan(n), 1);
+      for (std::size_t n = 0; n + 3 < row.size(); n += 4) take(RecordLayout::side_by_side, row.subspan(n), 1);
     }
   }
   void take_in_turn(std::span<const std::size_t> row) {
-    for (std::size_t n = 0; n + 6 < row.size(); n += 8) take(Stand::in_turn, row.subspan(n), 2);
+    for (std::size_t n = 0; n + 6 < row.size(); n += 8) take(RecordLayout::in_turn, row.subspan(n), 2);
   }
-  void take(Stand stand, std::span<const std::size_t> row, std::size_t every) {
-    found_.push_back({stand, {row[0], row[every], row[2 * every], row[3 * every]}});
+  void take(RecordLayout layout, std::span<const std::size_t> row, std::size_t every) {
+    found_.push_back({layout, {row[0], row[every], row[2 * every], row[3 * every]}});
     for (const std::size_t s : found_.back().springs) taken_[s] = true;
   }
 
@@ -131,7 +131,7 @@ std::vector<Colour> colours_of(const NetworkInput& in, const SpringIndices& spri
       particles[2 * n + 1] = in.springs[four.springs[n]].b;
     }
     Colour& colour = at(colouring.add(particles));
-    (four.stand == Stand::in_turn ? colour.in_turn : colour.side_by_side).push_back(four);
+    (four.layout == RecordLayout::in_turn ? colour.in_turn : colour.side_by_side).push_back(four);
   }
   for (const std::size_t s : springs) {
     if (!fours.has(s)) at(colouring.add(std::array{in.springs[s].a, in.springs[s].b})).anywhere.push_back(s);
@@ -219,13 +219,13 @@ class Ranges {
       const auto [a, b] = std::pair(in_.springs[s].a, in_.springs[s].b);
       in_.order.of[b] < in_.order.of[a] ? add_lane(s, b, a) : add_lane(s, a, b);
     }
-    layout_.stand.push_back(fours[0].stand);
+    layout_.layout.push_back(fours[0].layout);
   }
   void add_anywhere(SpringIndices range) {
     kinds_.sort(in_.springs, range);
     for (const std::size_t s : range) add_lane(s, in_.springs[s].a, in_.springs[s].b);
     while (layout_.springs() % slice != 0) add_empty_lane();
-    layout_.stand.resize(layout_.springs() / slice, Stand::anywhere);
+    layout_.layout.resize(layout_.springs() / slice, RecordLayout::anywhere);
   }
 
   // a, b: its ends.

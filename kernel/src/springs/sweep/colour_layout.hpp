@@ -13,7 +13,7 @@ namespace dvdx {
 
 struct ColourLayout {
   std::vector<std::uint32_t> a, b, ranges;  // what RangeTerms point to
-  std::vector<Stand> stand;                 // likewise
+  std::vector<RecordLayout> layout;         // likewise
   std::vector<std::uint32_t> spring_at;     // of each lane, or no_spring
   std::vector<std::size_t> tasks;           // first range of each task, and one more; the first are the pieces
   std::vector<std::size_t> stages;          // first task of each stage, and one more: the tasks of a stage share no particle
@@ -27,7 +27,7 @@ struct ColourLayout {
     return most;
   }
   [[nodiscard]] std::size_t bytes() const noexcept {
-    return bytes_of(a) + bytes_of(b) + bytes_of(ranges) + bytes_of(stand) + bytes_of(spring_at) + bytes_of(tasks) +
+    return bytes_of(a) + bytes_of(b) + bytes_of(ranges) + bytes_of(layout) + bytes_of(spring_at) + bytes_of(tasks) +
            bytes_of(stages);
   }
 };

@@ -22,7 +22,7 @@ ColoursForm<T>::ColoursForm(const NetworkInput& in, Columns<T>& columns) : Sweep
   ranges.first = layout_.ranges.data();
   ranges.a = layout_.a.data();
   ranges.b = layout_.b.data();
-  ranges.stand = layout_.stand.data();
+  ranges.layout = layout_.layout.data();
   T* const l = columns.add(layout_.springs());
   for (std::size_t lane = 0; lane < layout_.springs(); ++lane) {
     const std::uint32_t spring = layout_.spring_at[lane];
@@ -120,11 +120,11 @@ void ColoursForm<T>::reserve_edits(const NetworkInput& in, const Memory& memory)
   for (std::uint32_t set = 0; set < known.size(); ++set) write(of, set);
   this->terms.ranges.coefficients = edits_->on.get();
   if (this->alpha) this->alpha->sweeps_of_start.ranges.coefficients = edits_->start.get();
-  for (std::size_t group = 0; group < groups; ++group) tell(group);
+  for (std::size_t group = 0; group < groups; ++group) copy_group(group);
 }
 
 template <class T>
-void ColoursForm<T>::tell(std::size_t group) noexcept {
+void ColoursForm<T>::copy_group(std::size_t group) noexcept {
   const auto place = static_cast<std::uint32_t>(edits_->set_of[group] * set_size);
   coefficients_of_[group] = place;
   if (this->alpha) coefficients_of_start_[group] = place;
@@ -183,7 +183,7 @@ void ColoursForm<T>::set_spring(const NetworkInput& in, std::size_t spring) noex
   const std::uint32_t set = edits_->set_of_its_own(group);
   edits_->sources[set] = source;
   write(implicitness(in), set);
-  tell(group);
+  copy_group(group);
 }
 
 // Groups that share a set go on sharing it where their springs have changed alike.
@@ -198,7 +198,7 @@ void ColoursForm<T>::set_springs(const NetworkInput& in) noexcept {
     if (edits_->sources[shared] == source) continue;
     if (!is_first) edits_->leave(group, source);
     const std::uint32_t set = edits_->set_of[group];
-    tell(group);
+    copy_group(group);
     edits_->is_made[set] = 1;
     edits_->sources[set] = source;
     write(of, set);
@@ -240,13 +240,13 @@ void ColoursForm<T>::sweep(SweepStep<T>& step, const SweepTerms<T>& its) const n
     for_each_task(step.parallel, layout_.stages[stage + 1] - first,
                   [&](std::size_t task) { use(layout_.tasks[first + task], layout_.tasks[first + task + 1]); });
   };
-  const auto tell_shifts = [&] {
+  const auto send_shifts = [&] {
     T* const to = its.ranges.shift;
-    dvdx::tell(step.exchange, halo_of(std::array{to, to + 1, to + 2}, step.records.data()));
+    dvdx::send(step.exchange, halo_of(std::array{to, to + 1, to + 2}, step.records.data()));
   };
   for (std::size_t n = 1; n < stages; ++n) {
     for_each_task_of(n, forward);
-    if (n + 1 < stages) tell_shifts();  // the springs within pieces read none of a halo
+    if (n + 1 < stages) send_shifts();  // the springs within pieces read none of a halo
   }
   if (has_lines()) {
     for_each_task_of(0, forward);
@@ -258,10 +258,10 @@ void ColoursForm<T>::sweep(SweepStep<T>& step, const SweepTerms<T>& its) const n
       if (step.is_symmetric()) backward(from, to);
     });
   }
-  tell_shifts();
+  send_shifts();
   for (std::size_t n = stages; step.is_symmetric() && n-- > 1;) {
     for_each_task_of(n, backward);
-    tell_shifts();
+    send_shifts();
   }
   for_each_piece(
       step, [&](std::size_t from, std::size_t to) { step.kernels.from_records(its.ranges.shift, step.work.shift, from, to); });

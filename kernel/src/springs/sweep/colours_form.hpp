@@ -65,7 +65,7 @@ class ColoursForm : public SweepForm<T> {
   // The sets of coefficients of all springs, equal ones once; places: where those of each 16 springs are.
   [[nodiscard]] const T* sets_by(const NetworkInput& in, const Implicitness& of, std::vector<std::uint32_t>& places,
                                  Columns<T>& columns) const;
-  void tell(std::size_t group) noexcept;
+  void copy_group(std::size_t group) noexcept;
   void write(const SweepImplicitness& of, std::uint32_t set) noexcept;
 
   void solve_lines(const SweepStep<T>& step, const SweepTerms<T>& its) const noexcept;

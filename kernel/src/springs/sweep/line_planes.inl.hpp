@@ -49,7 +49,7 @@ struct LinePlanes {
 template <class T>
 struct LinesOfSheet {
   // From a particle to the next of its line; in the room, from a spring to the next and to the one before.
-  struct Way {
+  struct Strides {
     std::size_t to_next_place = 0, to_next = 0, to_before = 0;
   };
 
@@ -58,7 +58,7 @@ struct LinesOfSheet {
   std::size_t first_row;
   LineRoom room;
   LinePlanes<T> planes;
-  std::array<Way, most_phases> ways{};  // of each phase
+  std::array<Strides, most_phases> ways{};  // of each phase
 
   LinesOfSheet(const SheetLineTerms& terms, const LinePart& part, T* first) noexcept
       : sheet(terms), d(terms.families[part.family]), first_row(part.sheet * terms.rows), room(terms), planes(room, first) {

@@ -49,39 +49,39 @@ class RangeSweep {
   // Springs that stand alike follow each other.
   [[gnu::always_inline]] void run(std::size_t from, std::size_t to) const noexcept {
     if constexpr (!holds_every_fourth<V>) {
-      run_alike<Stand::anywhere>(from, to);
+      run_alike<RecordLayout::anywhere>(from, to);
     } else {
       for (std::size_t end = from; from < to; from = end) {
-        const Stand stand = terms_.stand[from / slice];
-        while (end < to && terms_.stand[end / slice] == stand) end += slice;
-        if (stand == Stand::side_by_side) {
-          run_alike<Stand::side_by_side>(from, end);
-        } else if (stand == Stand::in_turn) {
-          run_alike<Stand::in_turn>(from, end);
+        const RecordLayout layout = terms_.layout[from / slice];
+        while (end < to && terms_.layout[end / slice] == layout) end += slice;
+        if (layout == RecordLayout::side_by_side) {
+          run_alike<RecordLayout::side_by_side>(from, end);
+        } else if (layout == RecordLayout::in_turn) {
+          run_alike<RecordLayout::in_turn>(from, end);
         } else {
-          run_alike<Stand::anywhere>(from, end);
+          run_alike<RecordLayout::anywhere>(from, end);
         }
       }
     }
   }
 
-  template <Stand stand>
+  template <RecordLayout layout>
   [[gnu::always_inline]] void run_alike(std::size_t from, std::size_t to) const noexcept {
     if (from == to) return;
     std::size_t s = from;
     if constexpr (meets_ahead) {
-      Ends ends = meet<stand>(s);
+      Ends ends = meet<layout>(s);
       for (; s + V::size < to; s += V::size) {
         const Moves moves = solve_at(s, ends);
-        const Ends next = meet<stand>(s + V::size);
-        move<stand>(s, ends, moves);
+        const Ends next = meet<layout>(s + V::size);
+        move<layout>(s, ends, moves);
         hand_on(next, ends);
       }
-      move<stand>(s, ends, solve_at(s, ends));
+      move<layout>(s, ends, solve_at(s, ends));
     } else {
       for (; s < to; s += V::size) {
-        const Ends ends = meet<stand>(s);
-        move<stand>(s, ends, solve_at(s, ends));
+        const Ends ends = meet<layout>(s);
+        move<layout>(s, ends, solve_at(s, ends));
       }
     }
   }
@@ -105,13 +105,13 @@ class RangeSweep {
   }
 
   // The records of both ends, as they stand.
-  template <Stand stand>
+  template <RecordLayout layout>
   [[gnu::always_inline]] void load_ends(const T* records, std::size_t s, Records<V>& of_a, Records<V>& of_b) const noexcept {
     const std::uint32_t* const a = terms_.a + s;
     const std::uint32_t* const b = terms_.b + s;
-    if constexpr (stand == Stand::in_turn) {
+    if constexpr (layout == RecordLayout::in_turn) {
       load_in_turn<V>(records, a, of_a, of_b);
-    } else if constexpr (stand == Stand::side_by_side) {
+    } else if constexpr (layout == RecordLayout::side_by_side) {
       of_a = load_side_by_side<V>(records, a);
       of_b = load_side_by_side<V>(records, b);
     } else {
@@ -119,14 +119,14 @@ class RangeSweep {
       of_b = gather_records<V>(records, b);
     }
   }
-  template <Stand stand>
+  template <RecordLayout layout>
   [[gnu::always_inline]] void store_ends(T* records, std::size_t s, const Records<V>& of_a,
                                          const Records<V>& of_b) const noexcept {
     const std::uint32_t* const a = terms_.a + s;
     const std::uint32_t* const b = terms_.b + s;
-    if constexpr (stand == Stand::in_turn) {
+    if constexpr (layout == RecordLayout::in_turn) {
       store_in_turn<V>(records, a, of_a, of_b);
-    } else if constexpr (stand == Stand::side_by_side) {
+    } else if constexpr (layout == RecordLayout::side_by_side) {
       store_side_by_side<V>(records, a, of_a);
       store_side_by_side<V>(records, b, of_b);
     } else {
@@ -134,23 +134,23 @@ class RangeSweep {
       scatter_records(records, b, of_b);
     }
   }
-  template <Stand stand>
+  template <RecordLayout layout>
   [[gnu::always_inline]] Records<V> between_ends(const T* records, std::size_t s) const noexcept {
     Records<V> a, b;
-    load_ends<stand>(records, s, a, b);
+    load_ends<layout>(records, s, a, b);
     return b - a;
   }
 
-  template <Stand stand>
+  template <RecordLayout layout>
   [[gnu::always_inline]] Ends meet(std::size_t s) const noexcept {
     Ends ends;
-    load_ends<stand>(terms_.shift, s, ends.shift_a, ends.shift_b);
+    load_ends<layout>(terms_.shift, s, ends.shift_a, ends.shift_b);
     const Records<V> moved = ends.shift_b - ends.shift_a;
     Records<V> apart;
     if constexpr (visit == Visit::again) {
       apart = load_records<V>(terms_.apart + record * s);
     } else {
-      apart = between_ends<stand>(terms_.x, s);
+      apart = between_ends<layout>(terms_.x, s);
       if (sweep_.origin == CountedFrom::step) apart = load_records<V>(terms_.from_origin + record * s) + apart;
       if (terms_.apart != nullptr) store_records(terms_.apart + record * s, apart);
     }
@@ -158,7 +158,7 @@ class RangeSweep {
     const Three<V> d = axes_of(ends.d);
     ends.r2 = dot<arithmetic>(d, d);
     ends.path = ends.r2;  // not read where nothing damps
-    if constexpr (damping == Damping::along) ends.path = dot<arithmetic>(axes_of(path_of<stand>(s, moved)), d);
+    if constexpr (damping == Damping::along) ends.path = dot<arithmetic>(axes_of(path_of<layout>(s, moved)), d);
     return ends;
   }
 
@@ -167,13 +167,13 @@ class RangeSweep {
     return {{x, y, z}};
   }
 
-  template <Stand stand>
+  template <RecordLayout layout>
   [[gnu::always_inline]] Records<V> path_of(std::size_t s, const Records<V>& moved) const noexcept {
     Records<V> u;
     if constexpr (visit == Visit::again) {
       u = load_records<V>(terms_.u + record * s);
     } else {
-      u = between_ends<stand>(terms_.v, s);
+      u = between_ends<layout>(terms_.v, s);
       if (terms_.u != nullptr) store_records(terms_.u + record * s, u);
     }
     Records<V> path;
@@ -193,7 +193,7 @@ class RangeSweep {
   }
 
   // Lanes that are not sound are left alone: all others are rounded as they are without them.
-  template <Stand stand>
+  template <RecordLayout layout>
   [[gnu::always_inline]] void move(std::size_t s, const Ends& ends, const Moves& by) const noexcept {
     const Records<V> t_a = records_of(by.a);
     const Records<V> t_b = records_of(by.b);
@@ -212,7 +212,7 @@ class RangeSweep {
         b.at[n] = add_product_where<arithmetic>(where, ends.shift_b.at[n], t_b.at[n], ends.d.at[n]);
       }
     }
-    store_ends<stand>(terms_.shift, s, a, b);
+    store_ends<layout>(terms_.shift, s, a, b);
   }
 
   const SweepTerms<T>& sweep_;

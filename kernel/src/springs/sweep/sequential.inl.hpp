@@ -86,7 +86,7 @@ template <class V, Damping damping>
 class MadeAlike {
  public:
   [[gnu::always_inline]] MadeAlike(const SweepTerms<Scalar<V>>& sweep, std::uint32_t family) noexcept
-      : kappa_(sweep.families[family].kappa), eta_(sweep.families[family].eta), l_(sweep.families[family].l) {}
+      : kappa_(sweep.materials[family].kappa), eta_(sweep.materials[family].eta), l_(sweep.materials[family].l) {}
   [[gnu::always_inline]] Spring<V> at(std::size_t /*s*/, V inverse) const noexcept { return {kappa_, eta_, l_, inverse}; }
 
  private:

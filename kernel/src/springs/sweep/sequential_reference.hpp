@@ -75,8 +75,8 @@ void visit_spring(const SweepTerms<T>& sweep, const Compliance<T>& spring, Visit
 }
 
 template <class T>
-StrandFamily<T> made_of(const SweepTerms<T>& sweep, const Strand& strand, std::size_t s) noexcept {
-  if (sweep.families != nullptr) return sweep.families[strand.family];
+Material<T> made_of(const SweepTerms<T>& sweep, const Strand& strand, std::size_t s) noexcept {
+  if (sweep.materials != nullptr) return sweep.materials[strand.material];
   return {sweep.kappa[s], sweep.eta[s], sweep.l[s]};
 }
 

@@ -29,8 +29,8 @@ class LineMeeting {
         w_(work.w),
         inverse_(sweep.inverse),
         lambda_(sweep.lambda),
-        are_alike_(sweep.families != nullptr),
-        made_(sweep, lines.d.family),
+        are_alike_(sweep.materials != nullptr),
+        made_(sweep, lines.d.material),
         h_(sweep.h) {}
 
   void run(std::size_t from, std::size_t to) const noexcept {
@@ -161,7 +161,7 @@ void solve_sheet_lines(const SweepTerms<Scalar<V>>& sweep, const WorkColumns<Sca
   switch (part.stage) {
     case LineStage::meet:
       return by_kind(sweep.damping, [&]<Damping damping>() {
-        if (sweep.families != nullptr) {
+        if (sweep.materials != nullptr) {
           LineMeeting<V, MadeAlike, damping, arithmetic>(sweep, work, lines).run(part.from, part.to);
         } else {
           LineMeeting<V, MadeEach, damping, arithmetic>(sweep, work, lines).run(part.from, part.to);

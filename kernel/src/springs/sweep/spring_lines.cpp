@@ -84,11 +84,11 @@ SheetLines lines_of_sheets(const ParticleOrder& order, std::size_t rows, std::si
     const std::size_t first = lines.strands.size();
     lines.families.push_back({.down = static_cast<std::ptrdiff_t>(directions[family].down),
                               .right = directions[family].right,
-                              .family = static_cast<std::uint32_t>(family),
+                              .material = static_cast<std::uint32_t>(family),
                               .strands = static_cast<std::uint32_t>(first)});
     lines.strands.resize(first + rows * order.phases);
     for (const Strand& strand : strands) {
-      if (strand.family != family) continue;
+      if (strand.material != family) continue;
       lines.strands[first + strand.a / order.pitch] = {
           .first = static_cast<std::uint32_t>(strand.a % order.pitch), .count = strand.count, .springs = strand.springs};
     }

@@ -105,8 +105,8 @@ class SheetLine {
   }
   [[nodiscard]] LineSpring<T> spring(std::size_t j) const noexcept {
     const std::size_t s = spring_place(j);
-    if (sweep_.families == nullptr) return {sweep_.kappa[s], sweep_.eta[s], sweep_.l[s], true};
-    const auto [kappa, eta, l] = sweep_.families[family_.family];
+    if (sweep_.materials == nullptr) return {sweep_.kappa[s], sweep_.eta[s], sweep_.l[s], true};
+    const auto [kappa, eta, l] = sweep_.materials[family_.material];
     return {kappa, eta, l, sweep_.inverse[s] != 0};
   }
   [[nodiscard]] T& lambda(std::size_t j) const noexcept { return sweep_.lambda[spring_place(j)]; }

@@ -137,7 +137,7 @@ class TurnSweep {
 template <class V, template <class, Damping> class Made, Damping damping, Visit visit, Arithmetic arithmetic>
 void sweep_turn(const SweepTerms<Scalar<V>>& sweep, const WorkColumns<Scalar<V>>& work, const Strand* from, const Strand* to,
                 std::ptrdiff_t step) noexcept {
-  TurnSweep<V, Made, damping, visit, arithmetic>(sweep, work, from->family).run(from, to, step);
+  TurnSweep<V, Made, damping, visit, arithmetic>(sweep, work, from->material).run(from, to, step);
 }
 
 template <class V, Arithmetic arithmetic>
@@ -151,7 +151,7 @@ void sweep_strands(const SweepTerms<Scalar<V>>& sweep, const WorkColumns<Scalar<
     while (strand != end) {
       const Strand* next = strand;
       while (next != end && next->turn == strand->turn) next += step;
-      if (sweep.families != nullptr) {
+      if (sweep.materials != nullptr) {
         sweep_turn<V, MadeAlike, damping, v, arithmetic>(sweep, work, strand, next, step);
       } else {
         sweep_turn<V, MadeEach, damping, v, arithmetic>(sweep, work, strand, next, step);

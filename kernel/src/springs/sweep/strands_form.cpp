@@ -13,15 +13,15 @@ StrandsForm<T>::StrandsForm(const NetworkInput& in, const Grid& grid, std::size_
     : SweepForm<T>(in), directions_(directions_of(grid)), row_(grid.columns), damping_(grid.damping) {
   this->edited_ = Edited::by_row;
   lay_out(in, grid.rows, grid.columns, sheet_rows);
-  const auto make = [&](const Implicitness& of, std::vector<StrandFamily<T>>& families, SweepTerms<T>& its) {
-    families = families_by(of);
-    its.families = families.data();
+  const auto make = [&](const Implicitness& of, std::vector<Material<T>>& materials, SweepTerms<T>& its) {
+    materials = materials_by(of);
+    its.materials = materials.data();
     its.inverse = inverses_by(of, w, columns);
   };
   const SweepImplicitness of = implicitness(in);
-  make(of.on, families_, this->terms);
+  make(of.on, materials_, this->terms);
   this->make_alpha(in);
-  if (this->alpha) make(of.start, families_of_start_, this->alpha->sweeps_of_start);
+  if (this->alpha) make(of.start, materials_of_start_, this->alpha->sweeps_of_start);
   for (const Pair& ends : grid.broken) tear(in, *spring_between(grid, ends));
 }
 
@@ -95,7 +95,7 @@ void StrandsForm<T>::add_strands(const ParticleOrder& order, std::size_t columns
                         .b = static_cast<std::uint32_t>(line(row + d.down, other) + first + ahead),
                         .count = static_cast<std::uint32_t>(count),
                         .springs = static_cast<std::uint32_t>(springs_),
-                        .family = static_cast<std::uint32_t>(family),
+                        .material = static_cast<std::uint32_t>(family),
                         .turn = number});
     springs_ += (static_cast<std::size_t>(count) + slice - 1) / slice * slice;
   };
@@ -154,19 +154,19 @@ void StrandsForm<T>::drop_empty() {
 // ---- a grid's coefficients --------------------------------------------------------------------------------------------
 
 template <class T>
-std::vector<StrandFamily<T>> StrandsForm<T>::families_by(const Implicitness& of) const {
-  std::vector<StrandFamily<T>> families;
+std::vector<Material<T>> StrandsForm<T>::materials_by(const Implicitness& of) const {
+  std::vector<Material<T>> materials;
   for (const GridDirection& d : directions_) {
     const Compliances k = compliances(of, d.k, damping_, 0);
-    families.push_back({static_cast<T>(k.kappa), static_cast<T>(k.eta), static_cast<T>(d.l)});
+    materials.push_back({static_cast<T>(k.kappa), static_cast<T>(k.eta), static_cast<T>(d.l)});
   }
-  return families;
+  return materials;
 }
 
 // w: of both ends.
 template <class T>
 T StrandsForm<T>::inverse_of(const Implicitness& of, const Strand& strand, double w) const noexcept {
-  return static_cast<T>(compliances(of, directions_[strand.family].k, damping_, w).inverse);
+  return static_cast<T>(compliances(of, directions_[strand.material].k, damping_, w).inverse);
 }
 
 template <class T>
@@ -189,7 +189,7 @@ template <class T>
 void StrandsForm<T>::tear(const NetworkInput& in, const GridSpring& spring) noexcept {
   const std::uint32_t a = in.order.of[spring.row * row_ + spring.column];
   for (const Strand& strand : strands_) {
-    const GridDirection& d = directions_[strand.family];
+    const GridDirection& d = directions_[strand.material];
     if (d.down != spring.down || d.right != spring.right || a < strand.a || a - strand.a >= strand.count) continue;
     const std::size_t s = strand.springs + (a - strand.a);
     const_cast<T*>(this->terms.inverse)[s] = T(0);  // our own memory
@@ -313,7 +313,7 @@ void StrandsForm<T>::sweep(SweepStep<T>& step, const SweepTerms<T>& its) const n
     if (step.is_symmetric()) backward(from, to);
   });
   if (step.is_symmetric()) for_each_band(0, backward);
-  if (sheets() == 1) tell(step.exchange, halo_of(step.work.shift, step.particles.of.data()));
+  if (sheets() == 1) send(step.exchange, halo_of(step.work.shift, step.particles.of.data()));
 }
 
 // Families one after the other, forwards and backwards: the sub-step stays its own mirror image.
@@ -364,7 +364,7 @@ std::string StrandsForm<T>::description() const {
 
 template <class T>
 std::size_t StrandsForm<T>::bytes() const noexcept {
-  return bytes_of(strands_) + bytes_of(families_) + bytes_of(families_of_start_) + bytes_of(bands_) + bytes_of(spring_at_) +
+  return bytes_of(strands_) + bytes_of(materials_) + bytes_of(materials_of_start_) + bytes_of(bands_) + bytes_of(spring_at_) +
          lines_.bytes();
 }
 

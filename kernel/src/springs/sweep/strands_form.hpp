@@ -58,7 +58,7 @@ class StrandsForm : public SweepForm<T> {
                    const Rows& rows);
   void place_springs(const NetworkInput& in);
   void drop_empty();
-  [[nodiscard]] std::vector<StrandFamily<T>> families_by(const Implicitness& of) const;
+  [[nodiscard]] std::vector<Material<T>> materials_by(const Implicitness& of) const;
   [[nodiscard]] T inverse_of(const Implicitness& of, const Strand& strand, double w) const noexcept;
   [[nodiscard]] const T* inverses_by(const Implicitness& of, const T* w, Columns<T>& columns) const;
   static LaneSource source_of(const NetworkInput& in, std::size_t spring) noexcept;
@@ -76,7 +76,7 @@ class StrandsForm : public SweepForm<T> {
   std::size_t springs_ = 0;                // columns of lambda
 
   // Of a grid.
-  std::vector<StrandFamily<T>> families_, families_of_start_;
+  std::vector<Material<T>> materials_, materials_of_start_;
   std::size_t row_ = 0;  // particles
   double damping_ = 0;
 

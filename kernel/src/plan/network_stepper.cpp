@@ -1,5 +1,5 @@
 // A call of step() where springs join particles: copy the state into the working columns, run all steps there, copy it back.
-#include "plan/step_joined.hpp"
+#include "plan/network_stepper.hpp"
 
 #include <algorithm>
 #include <optional>
@@ -27,32 +27,33 @@ namespace {
 
 // One call.
 template <class T>
-class JoinedStep {
+class NetworkStepper {
  public:
-  JoinedStep(const CompiledScene<T>& scene, const JoinedMotion<T>& motion, JoinedWorkspace<T>& workspace, std::size_t particles,
-             const ParallelFor& parallel, ContactReport::Parts* report) noexcept
-      : call_(scene, motion, workspace, particles, parallel, report), m_(motion), joints_(motion.joints()), ws_(workspace) {
-    if (joints_.constraints) {
-      constraint_terms_ = ws_.with_columns(joints_.constraints->terms());
-      constraints_.emplace(*joints_.constraints, scene.passes->template of<T>().constraint, constraint_terms_, call_.parallel);
+  NetworkStepper(const CompiledScene<T>& scene, const JoinedMotion<T>& motion, JoinedWorkspace<T>& workspace,
+                 std::size_t particles, const ParallelFor& parallel, ContactReport::Parts* report) noexcept
+      : call_(scene, motion, workspace, particles, parallel, report), m_(motion), network_(motion.network()), ws_(workspace) {
+    if (network_.constraints) {
+      constraint_terms_ = ws_.with_columns(network_.constraints->terms());
+      constraints_.emplace(*network_.constraints, scene.passes->template of<T>().constraint, constraint_terms_, call_.parallel);
     }
-    sheets_.end = visit_form(joints_.form, [](const auto& form) { return form.sheets(); });
-    if (joints_.balls) {
-      balls_.emplace(
-          BallsOfScene<T>{joints_.balls->lists(), ws_.balls, m_.skins(), ws_.skins, ws_.poses, m_.origin(), joints_.substep()},
-          work_, scene.passes->template of<T>().ball, call_.parallel);
+    sheets_.end = visit_form(network_.form, [](const auto& form) { return form.sheets(); });
+    if (network_.balls) {
+      balls_.emplace(BallsOfScene<T>{network_.balls->lists(), ws_.balls, m_.skins(), ws_.skins, ws_.poses, m_.origin(),
+                                     network_.substep()},
+                     work_, scene.passes->template of<T>().ball, call_.parallel);
     }
-    if (joints_.meet) {
-      meet_.emplace(MeetingsOfScene<T>{*joints_.meet, joints_.order, m_.origin(), m_.slowest_bounce(), m_.parting()}, ws_.meet,
-                    work_, particles, scene.options.elsewhere, scene.passes->template of<T>().meet, call_.parallel, report);
+    if (network_.meet) {
+      meet_.emplace(MeetingsOfScene<T>{*network_.meet, network_.order, m_.origin(), m_.slowest_bounce(), m_.parting()},
+                    ws_.meet, work_, particles, scene.options.elsewhere, scene.passes->template of<T>().meet, call_.parallel,
+                    report);
     }
     if (m_.faces() != nullptr) {
-      faces_.emplace(FacesOfScene{*m_.faces(), joints_.order.size, m_.origin(), m_.tracks(), ws_.motions}, ws_.faces, work_,
+      faces_.emplace(FacesOfScene{*m_.faces(), network_.order.size, m_.origin(), m_.tracks(), ws_.motions}, ws_.faces, work_,
                      call_.parallel, report);
     }
   }
-  JoinedStep(const JoinedStep&) = delete;
-  JoinedStep& operator=(const JoinedStep&) = delete;
+  NetworkStepper(const NetworkStepper&) = delete;
+  NetworkStepper& operator=(const NetworkStepper&) = delete;
 
   template <class Kept>
   void fetch_all(const State<Kept>& state) noexcept {
@@ -81,7 +82,7 @@ class JoinedStep {
   // For a call of no steps: puts what motions carry where it is at this time.
   template <class Kept>
   void store_kinematic(const State<Kept>& state) noexcept {
-    for (const Held<T>& held : call_.held) {
+    for (const PinnedState<T>& held : call_.held) {
       if (followers_.is_kinematic(held)) JoinedCopies<T>(call_).put_back_held(held, state);
     }
   }
@@ -109,8 +110,8 @@ class JoinedStep {
   using After = typename JoinedFlow<T>::After;
 
   // One sheet of a stack in the whole's working columns, on one thread.
-  JoinedStep(const JoinedStep& whole, std::size_t sheet) noexcept
-      : JoinedStep(whole.call_.scene, whole.m_, whole.ws_, whole.call_.particles, ParallelFor{}, whole.call_.report) {
+  NetworkStepper(const NetworkStepper& whole, std::size_t sheet) noexcept
+      : NetworkStepper(whole.call_.scene, whole.m_, whole.ws_, whole.call_.particles, ParallelFor{}, whole.call_.report) {
     const std::size_t each = whole.call_.end / whole.sheets_.end;
     call_.first = sheet * each;
     call_.end = call_.first + each;
@@ -121,11 +122,11 @@ class JoinedStep {
 
   // Sheets that nothing but sweeps joins, each of which is in cache where all of them are not.
   [[nodiscard]] bool goes_by_sheets() const noexcept {
-    return sheets_.end - sheets_.first > 1 && !m_.closes_substeps() && !joints_.air && m_.tracks().empty();
+    return sheets_.end - sheets_.first > 1 && !m_.closes_substeps() && !network_.air && m_.tracks().empty();
   }
   void run_by_sheets(Clock& clock, double step, std::size_t steps) noexcept {
     for_each_task(call_.parallel, sheets_.end, [&](std::size_t sheet) {
-      JoinedStep part(*this, sheet);
+      NetworkStepper part(*this, sheet);
       Clock of_part = clock;
       part.run(of_part, step, steps);
     });
@@ -147,13 +148,13 @@ class JoinedStep {
     begin_driven_paths();
     sweeps_.begin_step();
     flow_.still().begin();
-    for (int substep = 0; substep < joints_.chosen.substeps; ++substep) {
+    for (int substep = 0; substep < network_.chosen.substeps; ++substep) {
       const Clock begun = call_.clock;
       if (meet_) meet_->begin_driven_paths();
       air_.begin_substep(substep);
       const auto& before = substep == 0 ? m_.first() : m_.again();
       for (std::size_t k = 0; k < before.size(); ++k) {
-        visit_form(joints_.form, [&](const auto& form) { act(form, before[k], k); });
+        visit_form(network_.form, [&](const auto& form) { act(form, before[k], k); });
         flow_.still().note_pulse(k);
       }
       if (m_.closes_substeps()) close_substep(begun);
@@ -161,7 +162,7 @@ class JoinedStep {
       if (moves_alone()) flow_.run(*m_.last());
     }
     if (m_.last() && !m_.closes_substeps() && !moves_alone()) flow_.run(*m_.last());
-    flow_.take_what_the_sweeps_left();
+    flow_.apply_pending_shift();
     if (m_.settling()) settle();
     if (call_.is_relative()) followers_.rebase_origin();
   }
@@ -169,7 +170,7 @@ class JoinedStep {
   // Starts all that is driven on this step's path.
   void begin_driven_paths() noexcept {
     followers_.begin_driven_paths();
-    if (balls_) balls_->begin_driven_paths(call_.clock, joints_.step);
+    if (balls_) balls_->begin_driven_paths(call_.clock, network_.step);
     if (faces_) faces_->begin_driven_paths(call_.clock);
   }
 
@@ -186,21 +187,21 @@ class JoinedStep {
   // Constraints, balls and faces close each sub-step, which therefore ends with a flow of its own.
   void close_substep(const Clock& begun) noexcept {
     if (m_.last()) flow_.run(*m_.last());
-    flow_.take_what_the_sweeps_left();
+    flow_.apply_pending_shift();
     if (meet_ && !keep_apart()) return;
     if (constraints_) constraints_->solve(work_.x, work_.v);
     if (balls_) balls_->keep(call_.end_of_flow());
-    if (!faces_ || !faces_->meet(begun, call_.end_of_flow(), joints_.substep())) return;
+    if (!faces_ || !faces_->meet(begun, call_.end_of_flow(), network_.substep())) return;
     if (constraints_) constraints_->prepare(work_.x);
     if (balls_) balls_->prepare(call_.end_of_flow());
   }
 
   // Particles that meet: false where there is too little room for them.
   [[nodiscard]] bool keep_apart() noexcept {
-    if (joints_.substep() == 0) return true;
+    if (network_.substep() == 0) return true;
     const Terms<T>& terms = !ws_.surfaces.empty() ? followers_.moved_terms() : m_.flows()[0]->terms;
     has_too_many_ =
-        meet_->meet(terms.surfaces, terms.surface_count, static_cast<T>(joints_.substep())) == MeetStep<T>::Found::too_many;
+        meet_->meet(terms.surfaces, terms.surface_count, static_cast<T>(network_.substep())) == MeetStep<T>::Found::too_many;
     return !has_too_many_;
   }
 
@@ -252,13 +253,13 @@ class JoinedStep {
     if (air_.blows()) blow_after_sweeps();
   }
   void blow_after_sweeps() noexcept {
-    flow_.take_what_the_sweeps_left();
+    flow_.apply_pending_shift();
     air_.blow_in_the_middle(1);
   }
 
   JoinedCall<T> call_;
   const JoinedMotion<T>& m_;
-  const Joints<T>& joints_;
+  const CompiledNetwork<T>& network_;
   JoinedWorkspace<T>& ws_;
   WorkColumns<T>& work_ = call_.work;
   JoinedFollowers<T> followers_{call_};
@@ -267,9 +268,9 @@ class JoinedStep {
   JoinedAir<T> air_{call_};
   JoinedStages<T> stages_{call_, followers_, flow_};
   typename SweepStep<T>::Sheets sheets_{};
-  SweepStep<T> sweeps_{.order = joints_.coupling.sweeps,
-                       .particles = joints_.order,
-                       .records = joints_.telling.records,
+  SweepStep<T> sweeps_{.order = network_.coupling.sweeps,
+                       .particles = network_.order,
+                       .records = network_.halo.records,
                        .kernels = call_.kernels,
                        .work = work_,
                        .rooms = ws_.line_rooms,
@@ -293,8 +294,8 @@ StepResult step_joined(const CompiledScene<T>& scene, const JoinedMotion<T>& mot
                        ContactReport::Parts* report) noexcept {
   const Stepping stepping(workspace.is_stepping);
   if (!stepping) return StepResult::in_use;
-  if (steps == 0 && motion.joints().fixed.empty()) return StepResult::done;
-  JoinedStep<T> call(scene, motion, workspace, state.count, parallel, report);
+  if (steps == 0 && motion.network().fixed.empty()) return StepResult::done;
+  NetworkStepper<T> call(scene, motion, workspace, state.count, parallel, report);
   call.fetch_all(state);
   if (steps == 0) {
     call.store_kinematic(state);

@@ -1,4 +1,4 @@
-#include "plan/joints.hpp"
+#include "plan/compiled_network.hpp"
 
 #include <algorithm>
 #include <utility>
@@ -19,18 +19,19 @@ std::size_t count_grid_springs(const Scene& scene) {
 }  // namespace
 
 template <class T>
-Joints<T>::Joints(const Scene& scene, const Options& options, std::span<const Vec3> start)
-    : Joints(scene, options, start, nullptr, Changed::springs,
-             JoinedScene(scene, start, constrained_pairs(scene), options.elsewhere)) {}
+CompiledNetwork<T>::CompiledNetwork(const Scene& scene, const Options& options, std::span<const Vec3> start)
+    : CompiledNetwork(scene, options, start, nullptr, Changed::springs,
+                      JoinedScene(scene, start, constrained_pairs(scene), options.elsewhere)) {}
 
 template <class T>
-Joints<T>::Joints(const Scene& scene, const Options& options, std::span<const Vec3> start, const Joints& kept, Changed changed)
-    : Joints(scene, options, start, &kept, changed,
-             JoinedScene(scene, start, constrained_pairs(scene), options.elsewhere, kept.topology)) {}
+CompiledNetwork<T>::CompiledNetwork(const Scene& scene, const Options& options, std::span<const Vec3> start,
+                                    const CompiledNetwork& kept, Changed changed)
+    : CompiledNetwork(scene, options, start, &kept, changed,
+                      JoinedScene(scene, start, constrained_pairs(scene), options.elsewhere, kept.topology)) {}
 
 template <class T>
-Joints<T>::Joints(const Scene& scene, const Options& options, std::span<const Vec3> start, const Joints* kept, Changed changed,
-                  const JoinedScene& joined)
+CompiledNetwork<T>::CompiledNetwork(const Scene& scene, const Options& options, std::span<const Vec3> start,
+                                    const CompiledNetwork* kept, Changed changed, const JoinedScene& joined)
     : SubstepChoice(scene, options, start, joined.topology),
       splitting(!scene.networks.empty() ? dvdx::splitting(coupling) : Splitting{.a = {1.0}, .b = {}, .beta = {}}),
       order(topology->order()),
@@ -53,7 +54,7 @@ Joints<T>::Joints(const Scene& scene, const Options& options, std::span<const Ve
   form = make_form(in, joined.stepped, topology->list_sheet(), w, columns_);
   may_take_rho_ = sweeps_list();
   choose_line_forces(scene, start, net);
-  make_telling_order(options.elsewhere.exchange);
+  make_halo_schedule(options.elsewhere.exchange);
   if (meets_air(scene)) air = std::make_unique<Air<T>>(scene, grid, w_of, order, options.memory);
   auto kept_in = std::make_unique<Balls<T>>(scene, start, w_of, order, options.memory);
   if (kept_in->count() != 0) balls = std::move(kept_in);
@@ -68,7 +69,8 @@ Joints<T>::Joints(const Scene& scene, const Options& options, std::span<const Ve
 
 // net: that of the scene, if it has been made.
 template <class T>
-void Joints<T>::choose_line_forces(const Scene& scene, std::span<const Vec3> start, const std::optional<SweptNet>& net) {
+void CompiledNetwork<T>::choose_line_forces(const Scene& scene, std::span<const Vec3> start,
+                                            const std::optional<SweptNet>& net) {
   visit_form(form, [&](auto& of) {
     if (!of.has_lines() || !of.line_forces()) return;
     if (!coupling.line_forces) coupling.line_forces = line_forces(turning(scene, start, net));
@@ -77,7 +79,7 @@ void Joints<T>::choose_line_forces(const Scene& scene, std::span<const Vec3> sta
 }
 
 template <class T>
-NetworkLimit Joints<T>::limit(const Scene& scene, std::span<const Vec3> start) const {
+NetworkLimit CompiledNetwork<T>::limit(const Scene& scene, std::span<const Vec3> start) const {
   NetworkLimit limit = limit_of_springs(scene, start);
   const bool stays = visit_form(form, [](const auto& of) { return of.line_forces() == LineForces::stay; });
   const bool has_changed = stays && line_forces(limit.estimate.turning) != LineForces::stay;
@@ -86,7 +88,7 @@ NetworkLimit Joints<T>::limit(const Scene& scene, std::span<const Vec3> start) c
 }
 
 template <class T>
-void Joints<T>::make_fixed(const Scene& scene, std::span<const Vec3> start) {
+void CompiledNetwork<T>::make_fixed(const Scene& scene, std::span<const Vec3> start) {
   for (const std::size_t i : scene.fixed) fixed.push_back({.particle = static_cast<std::uint32_t>(i), .element = order.of[i]});
   const Vec3& origin = scene.origin.at(0);
   for (std::size_t group = 0; group < scene.kinematic.size(); ++group) {
@@ -106,17 +108,17 @@ void Joints<T>::make_fixed(const Scene& scene, std::span<const Vec3> start) {
 }
 
 template <class T>
-void Joints<T>::make_inverse_masses() {
+void CompiledNetwork<T>::make_inverse_masses() {
   T* const column = columns_.add(order.size, T(0), column_margin);
   for (std::size_t i = 0; i < particles(); ++i) column[order.of[i]] = static_cast<T>(w_of[i]);
   w = column;
 }
 
 template <class T>
-void Joints<T>::make_telling_order(const Exchange& exchange) {
+void CompiledNetwork<T>::make_halo_schedule(const Exchange& exchange) {
   if (exchange.start == nullptr) return;
   if (visit_form(form, [](const auto& of) { return of.has_records; })) {
-    for (const std::uint32_t element : order.of) telling.records.push_back(static_cast<std::uint32_t>(record * element));
+    for (const std::uint32_t element : order.of) halo.records.push_back(static_cast<std::uint32_t>(record * element));
   }
   const std::size_t unit = visit_form(form, [](const auto& of) { return of.unit(); });  // particles
   std::vector<std::uint8_t> is_told(order.size / unit, exchange.is_told == nullptr);
@@ -125,25 +127,25 @@ void Joints<T>::make_telling_order(const Exchange& exchange) {
   }
   const std::size_t most = std::max<std::size_t>(1, particles_per_task / unit);
   for (std::size_t n = 0; n < is_told.size(); ++n) {
-    std::vector<UnitRange>& ranges = is_told[n] != 0 ? telling.told : telling.inside;
+    std::vector<UnitRange>& ranges = is_told[n] != 0 ? halo.outer : halo.inside;
     if (ranges.empty() || ranges.back().to != n || n - ranges.back().from == most) ranges.push_back({n, n});
     ranges.back().to = n + 1;
   }
 }
 
 template <class T>
-NetworkInput Joints<T>::input(std::span<const JoinedPair> pairs) const {
+NetworkInput CompiledNetwork<T>::input(std::span<const JoinedPair> pairs) const {
   const SubstepLength length{.taken = substep(), .longest = chosen.longest, .pace = chosen.pace};
   return {coupling, pairs, is_damped_, w_of, order, length, chosen.rho, sweeps_, {}, list_rates()};
 }
 
 template <class T>
-bool Joints<T>::sweeps_list() const noexcept {
+bool CompiledNetwork<T>::sweeps_list() const noexcept {
   return act_of(form) == SpringsAct::in_sweeps && edited(form) == Edited::by_spring;
 }
 
 template <class T>
-bool Joints<T>::can_change_in_place() const noexcept {
+bool CompiledNetwork<T>::can_change_in_place() const noexcept {
   // Where fewer sub-steps than are safe were asked for, eigenvalues tell whether they still do.
   // Tethers lead along whole springs, to what is fixed.
   if (constraints || has_tethers_ || !chosen.is_safe) return false;
@@ -152,7 +154,7 @@ bool Joints<T>::can_change_in_place() const noexcept {
 }
 
 template <class T>
-bool Joints<T>::can_change_step(const Options& options) const noexcept {
+bool CompiledNetwork<T>::can_change_step(const Options& options) const noexcept {
   const auto then = [&](const HighestRates& highest) { return substeps_by(highest, options.step, options.longest_step); };
   if (constraints || edited(form) == Edited::never) return false;
   if (edited(form) == Edited::by_row && act_of(form) == SpringsAct::in_sweeps) {
@@ -162,25 +164,25 @@ bool Joints<T>::can_change_step(const Options& options) const noexcept {
 }
 
 template <class T>
-void Joints<T>::reserve_step(const Scene& scene, std::span<const Vec3> start) {
+void CompiledNetwork<T>::reserve_step(const Scene& scene, std::span<const Vec3> start) {
   if (sweeps_list()) reserve_rates(scene, start);
 }
 
 template <class T>
-void Joints<T>::change_step(const Options& options) noexcept {
+void CompiledNetwork<T>::change_step(const Options& options) noexcept {
   step = options.step;
   longest_step = options.longest_step;
   chosen = substeps_by(rates.most);
 }
 
 template <class T>
-void Joints<T>::take_step(const Substeps& before) noexcept {
+void CompiledNetwork<T>::take_step(const Substeps& before) noexcept {
   const bool are_alike = is_generalized_alpha(coupling) && chosen.solves_alike(before);
   visit_form(form, [&](auto& of) { of.set_step(input({}), are_alike ? Solves::alike : Solves::anew); });
 }
 
 template <class T>
-void Joints<T>::reserve_rates(const Scene& scene, std::span<const Vec3> start) {
+void CompiledNetwork<T>::reserve_rates(const Scene& scene, std::span<const Vec3> start) {
   if (network_rates_.are_made()) return;
   if (edited(form) == Edited::by_row) {
     network_rates_ = NetworkRates(scene, w_of);
@@ -197,7 +199,7 @@ void Joints<T>::reserve_rates(const Scene& scene, std::span<const Vec3> start) {
 // Where the springs would ask for other sub-steps nothing is changed: take_back() undoes put().
 template <class T>
 template <class Put, class TakeBack>
-bool Joints<T>::set_rates(const Put& put, const TakeBack& take_back) noexcept {
+bool CompiledNetwork<T>::set_rates(const Put& put, const TakeBack& take_back) noexcept {
   put();
   const RateBounds bounds = seen(network_rates_.bounds());
   const bool is_right = are_right(bounds);
@@ -206,12 +208,12 @@ bool Joints<T>::set_rates(const Put& put, const TakeBack& take_back) noexcept {
 }
 
 template <class T>
-void Joints<T>::take_rates(const RateBounds& bounds) noexcept {
+void CompiledNetwork<T>::take_rates(const RateBounds& bounds) noexcept {
   if (const std::optional<Substeps> before = take(bounds)) take_step(*before);
 }
 
 template <class T>
-bool Joints<T>::set_inverse_mass(std::size_t particle, double w_new) noexcept {
+bool CompiledNetwork<T>::set_inverse_mass(std::size_t particle, double w_new) noexcept {
   const auto set = [&](double its) {
     w_of[particle] = its;
     network_rates_.set_mass(w_of, particle);
@@ -228,14 +230,14 @@ bool Joints<T>::set_inverse_mass(std::size_t particle, double w_new) noexcept {
 }
 
 template <class T>
-bool Joints<T>::break_springs(const Scene& scene, std::size_t network, std::span<const Pair> pairs) {
+bool CompiledNetwork<T>::break_springs(const Scene& scene, std::size_t network, std::span<const Pair> pairs) {
   if (list_rates() != nullptr) return break_list(scene, network, pairs);
   return break_grid(scene, network, pairs);
 }
 
 // A stack's networks are its sheets.
 template <class T>
-bool Joints<T>::break_grid(const Scene& scene, std::size_t network, std::span<const Pair> pairs) {
+bool CompiledNetwork<T>::break_grid(const Scene& scene, std::size_t network, std::span<const Pair> pairs) {
   const auto& grid = std::get<Grid>(scene.networks[network]);
   const std::size_t first_row = network * grid.rows;
   std::vector<GridSpring> torn;
@@ -255,7 +257,7 @@ bool Joints<T>::break_grid(const Scene& scene, std::size_t network, std::span<co
 }
 
 template <class T>
-bool Joints<T>::break_list(const Scene& scene, std::size_t network, std::span<const Pair> pairs) {
+bool CompiledNetwork<T>::break_list(const Scene& scene, std::size_t network, std::span<const Pair> pairs) {
   const ListRates& list = *list_rates();
   const SourceRange own = sources_of(scene, network);
   std::vector<std::uint32_t> torn;
@@ -278,7 +280,7 @@ bool Joints<T>::break_list(const Scene& scene, std::size_t network, std::span<co
 }
 
 template <class T>
-bool Joints<T>::set_stiffness(const Scene& scene) {
+bool CompiledNetwork<T>::set_stiffness(const Scene& scene) {
   const bool is_grid = visit_form(form, [](const auto& of) { return of.grid_terms() != nullptr; });
   if (!is_grid || is_stack()) return false;
   const auto& grid = std::get<Grid>(scene.networks[0]);
@@ -293,7 +295,7 @@ bool Joints<T>::set_stiffness(const Scene& scene) {
 }
 
 template <class T>
-bool Joints<T>::set_stiffness(const Scene& scene, std::size_t network, const SpringsStiffness& before) noexcept {
+bool CompiledNetwork<T>::set_stiffness(const Scene& scene, std::size_t network, const SpringsStiffness& before) noexcept {
   const auto& now = std::get<Springs>(scene.networks[network]);
   if ((now.damping != 0) != (before.damping != 0)) return false;  // other springs take part in the damping's passes
   const auto set = [&](const Scalars& k, double c) {
@@ -303,7 +305,7 @@ bool Joints<T>::set_stiffness(const Scene& scene, std::size_t network, const Spr
 }
 
 template <class T>
-bool Joints<T>::set_zero_length(const Scene& scene, std::size_t network, const Scalars& before) noexcept {
+bool CompiledNetwork<T>::set_zero_length(const Scene& scene, std::size_t network, const Scalars& before) noexcept {
   if (!visit_form(form, [](const auto& of) { return of.can_set_zero_length(); })) return false;
   const auto set = [&](const Scalars& q) { network_rates_.list()->set_zero_length(w_of, sources_of(scene, network), q); };
   return set_springs([&] { set(std::get<Springs>(scene.networks[network]).zero_length); }, [&] { set(before); });
@@ -311,20 +313,20 @@ bool Joints<T>::set_zero_length(const Scene& scene, std::size_t network, const S
 
 template <class T>
 template <class Put, class TakeBack>
-bool Joints<T>::set_springs(const Put& put, const TakeBack& take_back) noexcept {
+bool CompiledNetwork<T>::set_springs(const Put& put, const TakeBack& take_back) noexcept {
   if (!set_rates(put, take_back)) return false;
   visit_form(form, [&](auto& of) { of.set_springs(input({})); });
   return true;
 }
 
 template <class T>
-std::size_t Joints<T>::bytes() const noexcept {
+std::size_t CompiledNetwork<T>::bytes() const noexcept {
   const std::size_t of_form = visit_form(form, [](const auto& of) { return of.bytes(); });
   return columns_.bytes() + of_form + (constraints ? constraints->bytes() : 0) + (air ? air->bytes() : 0) +
          (balls ? balls->bytes() : 0) + (meet ? meet->bytes() : 0);
 }
 
-template class Joints<float>;
-template class Joints<double>;
+template class CompiledNetwork<float>;
+template class CompiledNetwork<double>;
 
 }  // namespace dvdx

@@ -1,4 +1,4 @@
-// The joints of a scene's particles, compiled: springs in the form that a pass walks, constraints, the order in which particles
+// A scene's network, compiled: springs in the form that a pass walks, constraints, the order in which particles
 // stand while they are stepped, and the sub-steps that the springs ask for. Independent of the forces.
 // Several plans may share one; a plan that alone holds it changes it in place (plan/in_place.hpp).
 #pragma once
@@ -36,8 +36,8 @@ inline constexpr std::size_t parallel_from_of_balls = 4096;
 struct UnitRange {
   std::size_t from = 0, to = 0;
 };
-struct TellingOrder {
-  std::vector<UnitRange> told, inside;
+struct HaloSchedule {
+  std::vector<UnitRange> outer, inside;
   std::vector<std::uint32_t> records;  // of a list in sweeps: where each particle's begins
 };
 
@@ -49,14 +49,15 @@ struct FixedParticle {
 };
 
 template <class T>
-class Joints : public SubstepChoice {
+class CompiledNetwork : public SubstepChoice {
  public:
   // The scene and the options have been checked; start: the particles' positions.
-  Joints(const Scene& scene, const Options& options, std::span<const Vec3> start);
+  CompiledNetwork(const Scene& scene, const Options& options, std::span<const Vec3> start);
   // The same particles joined by the same springs, of which `changed` may differ.
-  Joints(const Scene& scene, const Options& options, std::span<const Vec3> start, const Joints& kept, Changed changed);
-  Joints(const Joints&) = delete;
-  Joints& operator=(const Joints&) = delete;
+  CompiledNetwork(const Scene& scene, const Options& options, std::span<const Vec3> start, const CompiledNetwork& kept,
+                  Changed changed);
+  CompiledNetwork(const CompiledNetwork&) = delete;
+  CompiledNetwork& operator=(const CompiledNetwork&) = delete;
 
   // The limit by the springs as they are now, by eigenvalues: a hundred steps' time.
   [[nodiscard]] NetworkLimit limit(const Scene& scene, std::span<const Vec3> start) const;
@@ -76,7 +77,7 @@ class Joints : public SubstepChoice {
   std::unique_ptr<Air<T>> air;         // or null
   std::unique_ptr<Balls<T>> balls;     // or null
   std::unique_ptr<MeetRules<T>> meet;  // or null
-  TellingOrder telling;                // empty where nothing is told
+  HaloSchedule halo;                   // empty where nothing is told
 
   // So many of them.
   [[nodiscard]] bool are_worth_threads(std::size_t count) const noexcept {
@@ -87,7 +88,7 @@ class Joints : public SubstepChoice {
     return constraints.has_value() || balls != nullptr || meet != nullptr || closes_in_whole_;
   }
   // Changes in place, of the only owner (plan/plan_parts.hpp): of grids that are stepped as one, or of a list by any scheme
-  // but accumulate, without constraints. The scene is the one that the joints were made of, but for the change.
+  // but accumulate, without constraints. the scene is the one that the network was made of, but for the change.
   [[nodiscard]] bool can_change_in_place() const noexcept;
   // Whether the springs' coefficients are those of another step too, and sums tell its sub-steps. options: with that step.
   [[nodiscard]] bool can_change_step(const Options& options) const noexcept;
@@ -113,13 +114,13 @@ class Joints : public SubstepChoice {
   [[nodiscard]] bool set_zero_length(const Scene& scene, std::size_t network, const Scalars& before) noexcept;
 
  private:
-  Joints(const Scene& scene, const Options& options, std::span<const Vec3> start, const Joints* kept, Changed changed,
-         const JoinedScene& joined);
+  CompiledNetwork(const Scene& scene, const Options& options, std::span<const Vec3> start, const CompiledNetwork* kept,
+                  Changed changed, const JoinedScene& joined);
 
   void choose_line_forces(const Scene& scene, std::span<const Vec3> start, const std::optional<SweptNet>& net);
   void make_fixed(const Scene& scene, std::span<const Vec3> start);
   void make_inverse_masses();
-  void make_telling_order(const Exchange& exchange);
+  void make_halo_schedule(const Exchange& exchange);
 
   template <class Put, class TakeBack>
   [[nodiscard]] bool set_rates(const Put& put, const TakeBack& take_back) noexcept;
@@ -141,7 +142,7 @@ class Joints : public SubstepChoice {
   Columns<T> columns_;
 };
 
-extern template class Joints<float>;
-extern template class Joints<double>;
+extern template class CompiledNetwork<float>;
+extern template class CompiledNetwork<double>;
 
 }  // namespace dvdx
