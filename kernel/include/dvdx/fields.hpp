@@ -198,7 +198,7 @@ constexpr auto describe(const Wind*) {
   return described("", "a wind", field("mean", &Wind::mean), field("gusts", &Wind::gusts));
 }
 constexpr auto describe(const Aerodynamics*) {
-  // What a pulse makes of it stays finite.
+  // The result of a pulse stays finite.
   constexpr Range coefficient{.min = 0, .max = 1e6, .text = "a number from 0 to 1e+06", .in_file = "a number from 0 to 1e6"};
   return described("", "the aerodynamics of a network",
                    field("density", &Aerodynamics::density, Range::non_negative, "kg/m^3, of the air"),

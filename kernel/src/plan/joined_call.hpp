@@ -51,7 +51,7 @@ class JoinedCall {
 
   [[nodiscard]] std::size_t size() const noexcept { return network.order.size; }
   [[nodiscard]] bool is_relative() const noexcept { return ws.origin[0] != nullptr; }
-  // Of all elements, so many each.
+  // All elements, so many each.
   [[nodiscard]] Units units_of(std::size_t elements) const noexcept {
     return {size() / elements, particles_per_task / elements};
   }

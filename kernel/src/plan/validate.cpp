@@ -38,7 +38,7 @@ void check_force(Checker& check, const std::string& at, const Force& force) {
   std::visit([&](const auto& f) { check.fields(at, f); }, force);
 }
 
-// What the fields of a contact say of each other.
+// How the fields of a contact limit each other.
 struct ContactChecker {
   Checker& check;
   std::string at;

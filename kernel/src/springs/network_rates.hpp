@@ -22,9 +22,9 @@ namespace dvdx {
 class NetworkRates {
  public:
   NetworkRates() = default;  // of nothing yet
-  // Of grids that have no particle in common: one that holds every particle, or several that hold them one after the other.
+  // Rates of grids that have no particle in common: one that holds every particle, or several that hold them one after the other.
   NetworkRates(const Scene& scene, std::span<const double> w);
-  // Of a list.
+  // Rates of a list.
   NetworkRates(std::span<const JoinedPair> springs, std::span<const double> w);
 
   [[nodiscard]] bool are_made() const noexcept { return list_ != nullptr || !sheets_.empty(); }

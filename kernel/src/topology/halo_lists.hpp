@@ -1,4 +1,4 @@
-// What a part and others hold of each other.
+// Particles that a part and others hold of each other.
 #pragma once
 
 #include <algorithm>

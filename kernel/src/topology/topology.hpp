@@ -24,7 +24,7 @@ enum class Walk : std::uint8_t {
   graph,   // any list, by particle
 };
 
-// What sweeps would walk a scene's springs as, whatever its scheme.
+// The walk of a scene in sweeps, whatever its scheme.
 [[nodiscard]] Walk swept_walk(const Scene& scene, std::span<const JoinedPair> pairs, std::size_t count);
 // swept: what walks them in sweeps. Where that is a sheet, lines lead along its rows.
 [[nodiscard]] SpringsAre springs_are(std::span<const JoinedPair> pairs, std::size_t count, Walk swept);

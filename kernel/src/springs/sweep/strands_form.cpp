@@ -197,7 +197,7 @@ void StrandsForm<T>::tear(const NetworkInput& in, const GridSpring& spring) noex
   }
 }
 
-// Of a grid torn springs, which have no coefficient, keep none.
+// A grid's torn springs have no coefficient, and keep none.
 template <class T>
 void StrandsForm<T>::set_mass(const NetworkInput& in, std::size_t particle, const T* w) noexcept {
   if (in.rates != nullptr) {

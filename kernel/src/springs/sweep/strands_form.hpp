@@ -71,16 +71,16 @@ class StrandsForm : public SweepForm<T> {
   std::vector<Strand> strands_;
   std::vector<std::size_t> bands_;         // first strand of each band, and one more: bands two apart share no particle
   std::vector<std::size_t> sheets_;        // first band of each sheet, and one more: sheets share none
-  std::vector<GridDirection> directions_;  // by Strand::family
+  std::vector<GridDirection> directions_;  // by Strand::material
   SheetLines lines_;                       // empty where the sweeps have none
   std::size_t springs_ = 0;                // columns of lambda
 
-  // Of a grid.
+  // Where it is a grid.
   std::vector<Material<T>> materials_, materials_of_start_;
   std::size_t row_ = 0;  // particles
   double damping_ = 0;
 
-  // Of a list.
+  // Where it is a list.
   std::vector<std::uint32_t> spring_at_;  // the spring of each lane, or no_spring
   std::vector<std::uint32_t> lane_of_;    // of each spring, once it is changed
   std::vector<LaneSource> sources_;       // of each lane, likewise

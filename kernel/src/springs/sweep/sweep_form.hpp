@@ -1,4 +1,4 @@
-// What forms in sweeps share: the terms of the sweeps, and of what stands around them in a sub-step.
+// The share of all forms in sweeps: the terms of the sweeps, and of what stands around them in a sub-step.
 #pragma once
 
 #include <cstddef>
