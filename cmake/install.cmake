@@ -4,7 +4,8 @@ include(CMakePackageConfigHelpers)
 
 set(DVDX_CMAKEDIR ${CMAKE_INSTALL_LIBDIR}/cmake/dvdx)
 install(DIRECTORY layouts/include/dvdx kernel/include/dvdx ${CMAKE_CURRENT_BINARY_DIR}/kernel/include/dvdx
-        DESTINATION ${CMAKE_INSTALL_INCLUDEDIR} COMPONENT development FILES_MATCHING PATTERN "*.h" PATTERN "*.hpp")
+        DESTINATION ${CMAKE_INSTALL_INCLUDEDIR} COMPONENT development FILES_MATCHING PATTERN "*.h" PATTERN "*.hpp"
+        PATTERN fields.hpp EXCLUDE) # for the library and its command
 
 install(TARGETS dvdx_shared EXPORT dvdx-shared
         LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR} COMPONENT library NAMELINK_COMPONENT development)

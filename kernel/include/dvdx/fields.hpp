@@ -1,6 +1,6 @@
 // The fields of a scene's structs, each described once: name, place, range, and whether a scene file must have it; defaults are
 // the structs' own. The kernel's check, the reader of scene files, tools/scene.schema.json and the tests that hold docs and
-// Python to them follow from here.
+// Python to them follow from here. Not installed: its short names are for the library and its command.
 #pragma once
 
 #include <array>

@@ -77,7 +77,7 @@ class CompiledNetwork : public SubstepChoice {
   std::unique_ptr<Air<T>> air;         // or null
   std::unique_ptr<Balls<T>> balls;     // or null
   std::unique_ptr<MeetRules<T>> meet;  // or null
-  HaloSchedule halo;                   // empty where nothing is told
+  HaloSchedule halo;                   // empty where nothing is sent
 
   // So many of them.
   [[nodiscard]] bool are_worth_threads(std::size_t count) const noexcept {

@@ -71,8 +71,8 @@ ShapeMemories<T> shapes_of(const std::vector<Contact>& contacts, const CompiledS
   return shapes;
 }
 
-// network(scene, options, start): that of the same springs and constraints at the same step, where something joins. before:
-// the scene that this one is a change of, if it is.
+// compiled_network(scene, options, start): that of the same springs and constraints at the same step, where something joins.
+// before: the scene that this one is a change of, if it is.
 template <class T, class MakeNetwork>
 Expected<SharedScene<T>> build(Scene given, const Options& options, Isa isa, std::optional<std::size_t> count,
                                std::vector<Vec3> start, Particles particles, const MakeNetwork& compiled_network,
@@ -110,7 +110,7 @@ Expected<SharedScene<T>> build(Scene given, const Options& options, Isa isa, std
 
 // Where nothing is kept.
 template <class T>
-std::shared_ptr<CompiledNetwork<T>> new_joints(const Scene& scene, const Options& options, std::span<const Vec3> start) {
+std::shared_ptr<CompiledNetwork<T>> new_network(const Scene& scene, const Options& options, std::span<const Vec3> start) {
   return std::make_shared<CompiledNetwork<T>>(scene, options, start);
 }
 
@@ -123,7 +123,7 @@ Expected<SharedScene<T>> compile_scene(Scene scene, const Options& options, Isa 
   if (scene.coupling.scheme == Scheme::automatic) {
     choice = take_scheme(scene, options.longest_step.value_or(options.step), start);
   }
-  auto made = build<T>(std::move(scene), options, isa, count, std::move(start), particles, new_joints<T>, nullptr);
+  auto made = build<T>(std::move(scene), options, isa, count, std::move(start), particles, new_network<T>, nullptr);
   if (made) (*made)->choice = choice;
   return made;
 }
@@ -132,13 +132,13 @@ namespace {
 
 // The network, which a change of forces or contacts keeps.
 template <class T>
-auto shared_joints(const CompiledScene<T>& before) {
-  return [&](const Scene&, const Options&, std::span<const Vec3>) { return before.joined()->shared_joints(); };
+auto shared_network(const CompiledScene<T>& before) {
+  return [&](const Scene&, const Options&, std::span<const Vec3>) { return before.joined()->shared_network(); };
 }
 
 // Joined particles may get another number of sub-steps, and with it other coefficients of every spring.
 template <class T>
-auto changed_joints(const CompiledScene<T>& before, Changed changed) {
+auto changed_network(const CompiledScene<T>& before, Changed changed) {
   return [&before, changed](const Scene& scene, const Options& options, std::span<const Vec3> start) {
     return std::make_shared<CompiledNetwork<T>>(scene, options, start, before.joined()->network(), changed);
   };
@@ -151,14 +151,14 @@ Expected<SharedScene<T>> with_step(const CompiledScene<T>& before, double h) {
   const Options options = with_other_step(before.options, h);
   if (auto error = check(options)) return tl::unexpected(*error);
   return build<T>(before.scene, options, before.isa, before.count, before.start, before.particles,
-                  changed_joints(before, Changed::step), &before);
+                  changed_network(before, Changed::step), &before);
 }
 
 template <class T>
 Expected<SharedScene<T>> with_scene(const CompiledScene<T>& before, Scene scene) {
   if (auto error = check(scene, before.count, before.options.elsewhere)) return tl::unexpected(*error);
   return build<T>(std::move(scene), before.options, before.isa, before.count, before.start, before.particles,
-                  changed_joints(before, Changed::springs), &before);
+                  changed_network(before, Changed::springs), &before);
 }
 
 template <class T>
@@ -172,7 +172,7 @@ Expected<SharedScene<T>> with_contact(const CompiledScene<T>& before, std::size_
   const bool moves_in_columns = has_followers(before.scene) || has_followers(scene);
   if (before.particles == Particles::come_and_go || !moves_in_columns) {
     return build<T>(std::move(scene), before.options, before.isa, before.count, before.start, before.particles,
-                    shared_joints(before), &before);
+                    shared_network(before), &before);
   }
   if (before.joined() == nullptr) {
     // A plan that never stepped in columns does not know how many particles there are.
@@ -180,12 +180,12 @@ Expected<SharedScene<T>> with_contact(const CompiledScene<T>& before, std::size_
       return tl::unexpected(
           Error{element("contacts", index) + ".motion", "given", "none where nothing followed one from the first"});
     }
-    return build<T>(std::move(scene), before.options, before.isa, before.count, before.start, before.particles, new_joints<T>,
+    return build<T>(std::move(scene), before.options, before.isa, before.count, before.start, before.particles, new_network<T>,
                     &before);
   }
   // Surfaces that turn ask for sub-steps.
   return build<T>(std::move(scene), before.options, before.isa, before.count, before.start, before.particles,
-                  changed_joints(before, Changed::step), &before);
+                  changed_network(before, Changed::step), &before);
 }
 
 template <class T>
@@ -212,11 +212,11 @@ Expected<SharedScene<T>> with_force(const CompiledScene<T>& before, std::size_t 
   if (auto error = check(scene, before.count, before.options.elsewhere)) return tl::unexpected(*error);
   if (asks_for_substeps(before, index, force)) {
     return build<T>(std::move(scene), before.options, before.isa, before.count, before.start, before.particles,
-                    changed_joints(before, Changed::step), &before);
+                    changed_network(before, Changed::step), &before);
   }
   // A gust each frame must not look for the springs' frequency again.
   return build<T>(std::move(scene), before.options, before.isa, before.count, before.start, before.particles,
-                  shared_joints(before), &before);
+                  shared_network(before), &before);
 }
 
 template <class T>
@@ -224,7 +224,7 @@ Expected<SharedScene<T>> with_wind(const CompiledScene<T>& before, const Wind& w
   Scene scene = before.scene;
   scene.wind = wind;
   return build<T>(std::move(scene), before.options, before.isa, before.count, before.start, before.particles,
-                  shared_joints(before), &before);
+                  shared_network(before), &before);
 }
 
 template std::optional<Error> refusal_of(const CompiledScene<float>&, std::size_t, const Force&);

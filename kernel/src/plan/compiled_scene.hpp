@@ -68,8 +68,8 @@ struct CompiledScene {
 template <class T>
 using SharedScene = std::shared_ptr<CompiledScene<T>>;
 
-// The motion of the scene as it is; network: that of its springs and constraints at its step, which have not been refused, or
-// null where nothing joins particles.
+// The motion of the scene as it is; compiled_network: that of its springs and constraints at its step, which have not been
+// refused, or null where nothing joins particles.
 template <class T>
 Expected<typename CompiledScene<T>::Motion> make_motion(const CompiledScene<T>& compiled,
                                                         std::shared_ptr<CompiledNetwork<T>> compiled_network);

@@ -17,9 +17,9 @@ namespace {
 
 // The network that is this scene's alone and can be changed where it is, or null.
 template <class T>
-CompiledNetwork<T>* joints_in_place(CompiledScene<T>& compiled) {
-  if (compiled.joined() == nullptr || !is_only_owner(compiled.joined()->shared_joints())) return nullptr;
-  CompiledNetwork<T>* const compiled_network = compiled.joined()->shared_joints().get();
+CompiledNetwork<T>* network_in_place(CompiledScene<T>& compiled) {
+  if (compiled.joined() == nullptr || !is_only_owner(compiled.joined()->shared_network())) return nullptr;
+  CompiledNetwork<T>* const compiled_network = compiled.joined()->shared_network().get();
   return compiled_network->can_change_in_place() ? compiled_network : nullptr;
 }
 
@@ -40,7 +40,7 @@ bool is_zero_or_more(double value) { return value >= 0 && std::isfinite(value); 
 
 template <class T>
 Expected<InPlace> in_place(CompiledScene<T>& compiled, const GridStiffnessChange& change) {
-  CompiledNetwork<T>* const compiled_network = joints_in_place(compiled);
+  CompiledNetwork<T>* const compiled_network = network_in_place(compiled);
   const auto& [structural, shear, bend, damping] = change.stiffness;
   const bool are_right =
       is_zero_or_more(structural) && is_zero_or_more(shear) && is_zero_or_more(bend) && is_zero_or_more(damping);
@@ -81,7 +81,7 @@ Expected<InPlace> swap_in_place(CompiledScene<T>& compiled, CompiledNetwork<T>& 
 
 template <class T>
 Expected<InPlace> in_place(CompiledScene<T>& compiled, const SpringsStiffnessChange& change) {
-  CompiledNetwork<T>* const compiled_network = joints_in_place(compiled);
+  CompiledNetwork<T>* const compiled_network = network_in_place(compiled);
   auto& network = std::get<Springs>(compiled.scene.networks[change.network]);
   if (compiled_network == nullptr || !is_right(change.stiffness, network)) return InPlace::not_done;
   SpringsStiffness other = change.stiffness;
@@ -104,7 +104,7 @@ bool is_right(const Scalars& zero_length, const Springs& network) {
 
 template <class T>
 Expected<InPlace> in_place(CompiledScene<T>& compiled, const ZeroLengthChange& change) {
-  CompiledNetwork<T>* const compiled_network = joints_in_place(compiled);
+  CompiledNetwork<T>* const compiled_network = network_in_place(compiled);
   auto& network = std::get<Springs>(compiled.scene.networks[change.network]);
   if (compiled_network == nullptr || !is_right(change.zero_length, network)) return InPlace::not_done;
   Scalars other = change.zero_length;
@@ -128,7 +128,7 @@ bool is_mass_in_range(const CompiledScene<T>& compiled, const CompiledNetwork<T>
 
 template <class T>
 Expected<InPlace> in_place(CompiledScene<T>& compiled, const MassChange& change) {
-  CompiledNetwork<T>* const compiled_network = joints_in_place(compiled);
+  CompiledNetwork<T>* const compiled_network = network_in_place(compiled);
   Scene& scene = compiled.scene;
   if (compiled_network == nullptr || std::any_of(scene.forces.begin(), scene.forces.end(), depends_on_mass))
     return InPlace::not_done;
@@ -148,7 +148,7 @@ Expected<InPlace> in_place(CompiledScene<T>& compiled, const MassChange& change)
 
 template <class T>
 Expected<InPlace> in_place(CompiledScene<T>& compiled, const Fixing& change) {
-  CompiledNetwork<T>* const compiled_network = joints_in_place(compiled);
+  CompiledNetwork<T>* const compiled_network = network_in_place(compiled);
   if (compiled_network == nullptr) return InPlace::not_done;
   make_room(compiled.scene.fixed);
   make_room(compiled_network->fixed);
@@ -163,7 +163,7 @@ Expected<InPlace> in_place(CompiledScene<T>& compiled, const Fixing& change) {
 
 template <class T>
 Expected<InPlace> in_place(CompiledScene<T>& compiled, const Releasing& change) {
-  CompiledNetwork<T>* const compiled_network = joints_in_place(compiled);
+  CompiledNetwork<T>* const compiled_network = network_in_place(compiled);
   if (compiled_network == nullptr) return InPlace::not_done;
   compiled_network->reserve_rates(compiled.scene, compiled.start);
   const double w = 1 / compiled.scene.mass[change.particle];
@@ -177,7 +177,7 @@ Expected<InPlace> in_place(CompiledScene<T>& compiled, const Releasing& change) 
 
 template <class T>
 Expected<InPlace> in_place(CompiledScene<T>& compiled, const Break& change) {
-  CompiledNetwork<T>* const compiled_network = joints_in_place(compiled);
+  CompiledNetwork<T>* const compiled_network = network_in_place(compiled);
   const auto* const springs = std::get_if<Springs>(&compiled.scene.networks[change.network]);
   const bool is_bend = springs != nullptr && springs->zero_length != Scalars(0.0);  // which is not torn
   if (compiled_network == nullptr || is_bend) return InPlace::not_done;

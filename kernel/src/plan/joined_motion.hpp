@@ -81,7 +81,7 @@ class JoinedMotion {
   JoinedMotion& operator=(const JoinedMotion&) = delete;
 
   [[nodiscard]] const CompiledNetwork<T>& network() const noexcept { return *network_; }
-  [[nodiscard]] const std::shared_ptr<CompiledNetwork<T>>& shared_joints() const noexcept { return network_; }
+  [[nodiscard]] const std::shared_ptr<CompiledNetwork<T>>& shared_network() const noexcept { return network_; }
   [[nodiscard]] std::optional<Error> refusal() const;
   [[nodiscard]] WorkspaceShape shape() const;
 

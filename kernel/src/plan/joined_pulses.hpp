@@ -46,8 +46,8 @@ class JoinedPulses {
     const double h = network_.substep();
     const double t = network_.splitting.b[k] * h;
     DampingPass<T> pass{.of = work_.a0, .y = work_.a1, .s = static_cast<T>(t), .t = static_cast<T>(t * t / 2)};
-    const auto run = [&](const std::array<T*, 3>& told) {
-      call_.send(units, told, [&](std::size_t from, std::size_t to) { form.damp(kernels_, work_, pass, from, to); });
+    const auto run = [&](const std::array<T*, 3>& sent) {
+      call_.send(units, sent, [&](std::size_t from, std::size_t to) { form.damp(kernels_, work_, pass, from, to); });
     };
     if (network_.damping_passes() == 1) return run(work_.v);
     run(work_.a1);

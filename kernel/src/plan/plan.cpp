@@ -9,7 +9,7 @@
 #include "math/vec3.hpp"
 #include "motion/drive_pose.hpp"
 #include "plan/plan_parts.hpp"
-#include "plan/tearing.hpp"
+#include "plan/too_long.hpp"
 #include "plan/validate.hpp"
 #include "scene/checker.hpp"
 #include "scene/particle_values.hpp"
@@ -223,7 +223,7 @@ template <class T, class Drive>
 Expected<void> driven_in(typename Plan<T>::Parts* parts, const Drive& drive) {
   return changed(parts, "plan", [&](auto& in) {
     Expected<void> done = drive(in.workspace.get());
-    if (done) ++in.told;
+    if (done) ++in.drives;
     return done;
   });
 }

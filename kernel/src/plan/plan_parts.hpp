@@ -162,22 +162,22 @@ struct PlanIn {
 
   SharedScene<A> scene;
   std::unique_ptr<JoinedWorkspace<A>> workspace;
-  std::uint64_t told = 0;  // calls of set_pose and its like
+  std::uint64_t drives = 0;  // calls of set_pose and its like
   std::shared_ptr<StepPool<A>> pool = std::make_shared<StepPool<A>>();
 
  private:
   void drive(JoinedWorkspace<A>* other) const {
-    if (other == nullptr || told == 0) return;
+    if (other == nullptr || drives == 0) return;
     const Stepping stepping(workspace->is_stepping);
     if (!stepping) return;
     other->motions = workspace->motions;
     other->groups = workspace->groups;
     other->skins = workspace->skins;
-    other->known = told;
+    other->known = drives;
   }
 
   [[nodiscard]] std::shared_ptr<CompiledNetwork<A>> network() const {
-    return scene->joined() != nullptr ? scene->joined()->shared_joints() : nullptr;
+    return scene->joined() != nullptr ? scene->joined()->shared_network() : nullptr;
   }
 
   // A workspace where the one that there is does not fit.

@@ -288,7 +288,7 @@ StepResult Plan<T>::step(State<T>& state, Workspace<T>& workspace, std::size_t s
   const auto step = [&](const auto& in) noexcept {
     const auto* given = own_workspace(in, workspace.parts_->in);
     if (given == nullptr) return StepResult::workspace_differs;
-    if (*given != nullptr && (*given)->known < in.told) return StepResult::driven_elsewhere;
+    if (*given != nullptr && (*given)->known < in.drives) return StepResult::driven_elsewhere;
     return step_by(*in.scene, given->get(), state, steps, parallel);
   };
   return std::visit(step, parts_->in);
@@ -312,7 +312,7 @@ StepResult Plan<T>::step(State<T>& state, Workspace<T>& workspace, ContactReport
   const auto step = [&](const auto& in) noexcept {
     const auto* given = own_workspace(in, workspace.parts_->in);
     if (given == nullptr) return StepResult::workspace_differs;
-    if (*given != nullptr && (*given)->known < in.told) return StepResult::driven_elsewhere;
+    if (*given != nullptr && (*given)->known < in.drives) return StepResult::driven_elsewhere;
     return report_by(*in.scene, given->get(), state, contacts, steps, parallel);
   };
   return std::visit(step, parts_->in);

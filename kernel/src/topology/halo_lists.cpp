@@ -48,52 +48,52 @@ OwnRows own_rows(const Owned& whole, std::uint32_t part) {
 }
 
 // Whole rows, where a part holds more of others than its springs reach.
-void list_halo_rows(const Owned& whole, std::uint32_t part, std::uint32_t pulses, HaloByPart& told) {
+void list_halo_rows(const Owned& whole, std::uint32_t part, std::uint32_t pulses, HaloByPart& halo) {
   if (!whole.rows || (!is_swept(whole.scene) && pulses == 1)) return;
   const Grid& sheet = *whole.rows;
   const OwnRows own = own_rows(whole, part);
   if (own.first == own.end) return;
   const auto owner_of_row = [&](std::uint64_t row) { return whole.owner_of_row(row); };
-  hold_rows(sheet, own, owner_of_row, rows_held(whole.scene, sheet, pulses), told);
-  for (auto& [other, lists] : told) {
+  hold_rows(sheet, own, owner_of_row, rows_held(whole.scene, sheet, pulses), halo);
+  for (auto& [other, lists] : halo) {
     for (std::uint32_t& place : lists.sent) place = whole.at(place);
     for (std::uint32_t& place : lists.received) place = whole.at(place);
   }
 }
 
-void list_ends_of_springs(const Owned& whole, std::uint32_t part, Part& made, HaloByPart& told) {
+void list_ends_of_springs(const Owned& whole, std::uint32_t part, Part& made, HaloByPart& halo) {
   for (const auto& [a, b] : joined(whole.scene, whole.owner.size())) {
     const std::uint32_t of_a = whole.owner[a], of_b = whole.owner[b];
     if (of_a != part && of_b != part) continue;
     ++made.springs;
     if (of_a == of_b) continue;
     ++made.cut;
-    HaloRows& other = told[of_a == part ? of_b : of_a];
+    HaloRows& other = halo[of_a == part ? of_b : of_a];
     other.sent.push_back(of_a == part ? a : b);
     other.received.push_back(of_a == part ? b : a);
   }
 }
 
-void list_halo_of_air(const Owned& whole, std::uint32_t part, HaloByPart& told) {
+void list_halo_of_air(const Owned& whole, std::uint32_t part, HaloByPart& halo) {
   const SharedTriangles in_air(whole.scene, whole.owner.size());
   for (std::uint32_t i = 0; i < whole.owner.size(); ++i) {
     if (whole.owner[i] != part) continue;
     in_air.for_each_within_two(i, [&](std::uint32_t j) {
       if (whole.owner[j] == part) return;
-      told[whole.owner[j]].sent.push_back(i);
-      told[whole.owner[j]].received.push_back(j);
+      halo[whole.owner[j]].sent.push_back(i);
+      halo[whole.owner[j]].received.push_back(j);
     });
   }
 }
 
 }  // namespace
 
-HaloByPart told_to(const Owned& whole, std::uint32_t part, Part& made) {
-  HaloByPart told;
-  list_halo_rows(whole, part, made.pulses_per_telling, told);
-  list_ends_of_springs(whole, part, made, told);
-  list_halo_of_air(whole, part, told);
-  return told;
+HaloByPart halo_by_part(const Owned& whole, std::uint32_t part, Part& made) {
+  HaloByPart halo;
+  list_halo_rows(whole, part, made.pulses_per_telling, halo);
+  list_ends_of_springs(whole, part, made, halo);
+  list_halo_of_air(whole, part, halo);
+  return halo;
 }
 
 }  // namespace dvdx

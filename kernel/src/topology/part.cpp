@@ -102,11 +102,11 @@ SweptPart swept_part(const Whole& whole, const Part& part, const Renumbered& ren
 
 // A part's own particles and those that it is told of, in the order in which a particle sums its springs; of a list in pieces its
 // own come first.
-std::vector<std::uint32_t> particles_of(const Owned& whole, std::uint32_t part, const HaloByPart& told) {
+std::vector<std::uint32_t> particles_of(const Owned& whole, std::uint32_t part, const HaloByPart& halo) {
   const std::size_t count = whole.owner.size();
   std::vector<std::uint8_t> is_held(count, 0);
   for (std::size_t i = 0; i < count; ++i) is_held[i] = whole.owner[i] == part ? 1 : 0;
-  for (const auto& [other, lists] : told) {
+  for (const auto& [other, lists] : halo) {
     for (const std::uint32_t i : lists.received) is_held[i] = 1;
   }
   std::vector<std::uint32_t> particles;
@@ -137,13 +137,13 @@ Expected<Part> part_of(const Scene& scene, std::span<const std::uint32_t> owner,
   Part made;
   made.own = static_cast<std::size_t>(std::count(owner.begin(), owner.end(), part));
   if (whole.rows) made.pulses_per_telling = pulses_per_telling(scene, *whole.rows, fewest_rows(whole));
-  HaloByPart told = told_to(whole, part, made);
-  made.particles = particles_of(whole, part, told);
+  HaloByPart halo = halo_by_part(whole, part, made);
+  made.particles = particles_of(whole, part, halo);
   for (const std::uint32_t i : made.particles) made.is_own.push_back(owner[i] == part ? 1 : 0);
   const Renumbered renumbered(made);
   made.sweeps = sweeps_of(whole, made, renumbered);
   add_neighbours(
-      told, [&](std::uint32_t number) { return *renumbered(number); }, made);
+      halo, [&](std::uint32_t number) { return *renumbered(number); }, made);
   return made;
 }
 

@@ -43,7 +43,7 @@ class RowOwners {
 
 // The springs that reach the part's own rows.
 void add_springs(const Grid& sheet, const RowOwners& owner_of, std::uint32_t part, const OwnRows& own, Part& made,
-                 HaloByPart& told) {
+                 HaloByPart& halo) {
   for (const GridDirection& d : directions_of(sheet)) {
     const std::size_t from = d.right < 0 ? static_cast<std::size_t>(-d.right) : 0;
     const std::size_t across = d.right > 0 ? static_cast<std::size_t>(d.right) : 0;
@@ -56,7 +56,7 @@ void add_springs(const Grid& sheet, const RowOwners& owner_of, std::uint32_t par
       made.springs += to - from;
       if (above == below) continue;
       made.cut += to - from;
-      HaloRows& other = told[above == part ? below : above];
+      HaloRows& other = halo[above == part ? below : above];
       for (std::size_t column = from; column < to; ++column) {
         const auto a = static_cast<std::uint32_t>(row * sheet.columns + column);
         const auto b = static_cast<std::uint32_t>((row + d.down) * sheet.columns + column + static_cast<std::size_t>(d.right));
@@ -68,8 +68,8 @@ void add_springs(const Grid& sheet, const RowOwners& owner_of, std::uint32_t par
 }
 
 // Own rows, and what of others a part is told of.
-void hold_particles(const Grid& sheet, const OwnRows& own, const HaloByPart& told, Part& made) {
-  for (const auto& [other, lists] : told) {
+void hold_particles(const Grid& sheet, const OwnRows& own, const HaloByPart& halo, Part& made) {
+  for (const auto& [other, lists] : halo) {
     made.particles.insert(made.particles.end(), lists.received.begin(), lists.received.end());
   }
   std::sort(made.particles.begin(), made.particles.end());
@@ -93,17 +93,17 @@ std::optional<Part> part_of_sheet(const Scene& scene, std::size_t count, std::ui
   Part made;
   made.pulses_per_telling = pulses_per_telling(scene, *sheet, owner_of.fewest());
   if (own.first == own.end) return made;
-  HaloByPart told;
+  HaloByPart halo;
   if (is_swept(scene) || made.pulses_per_telling > 1) {
-    hold_rows(*sheet, own, owner_of, rows_held(scene, *sheet, made.pulses_per_telling), told);
+    hold_rows(*sheet, own, owner_of, rows_held(scene, *sheet, made.pulses_per_telling), halo);
   }
-  add_springs(*sheet, owner_of, part, own, made, told);
-  hold_particles(*sheet, own, told, made);
+  add_springs(*sheet, owner_of, part, own, made, halo);
+  hold_particles(*sheet, own, halo, made);
   const auto place_of = [&](std::uint32_t number) {
     return static_cast<std::uint32_t>(std::lower_bound(made.particles.begin(), made.particles.end(), number) -
                                       made.particles.begin());
   };
-  add_neighbours(told, place_of, made);
+  add_neighbours(halo, place_of, made);
   return made;
 }
 

@@ -28,17 +28,17 @@ Topology::Topology(const Scene& scene, const SteppedGrid& stepped, std::size_t c
     order_ = rows_order(grid->rows, grid->columns, !is_swept ? 1 : (grid->bend != 0 ? 4 : 2));
     return;
   }
-  const SweptPart* const told = is_swept ? elsewhere.sweeps : nullptr;
-  if (told != nullptr && told->columns != 0) {
-    list_sheet_ = given_sheet(*told, count);
-  } else if (told == nullptr && is_swept) {
+  const SweptPart* const given = is_swept ? elsewhere.sweeps : nullptr;
+  if (given != nullptr && given->columns != 0) {
+    list_sheet_ = given_sheet(*given, count);
+  } else if (given == nullptr && is_swept) {
     list_sheet_ = dvdx::list_sheet(scene, pairs, count);
   }
   walk_ = list_sheet_ ? Walk::sheet : (is_swept ? Walk::pieces : Walk::graph);
   if (list_sheet_) {
     order_ = rows_order(list_sheet_->rows, list_sheet_->columns, list_sheet_->phases(), list_sheet_->place);
-  } else if (told != nullptr) {
-    order_ = part_order(told->piece_ends, count);
+  } else if (given != nullptr) {
+    order_ = part_order(given->piece_ends, count);
   } else if (elsewhere.exchange.start != nullptr) {
     order_ = own_order(count);
   } else {

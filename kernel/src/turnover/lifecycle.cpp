@@ -24,7 +24,7 @@ class LifecycleChecker : public Checker {
  public:
   explicit LifecycleChecker(std::size_t motions) : Checker(std::nullopt), motions_(motions) {}
 
-  void direction(const std::string& field, const Vec3& vector) {
+  void direction_by_length(const std::string& field, const Vec3& vector) {
     value(field, vector, Range::finite);
     const double l = dvdx::length(vector);
     require(l > 0 && std::isfinite(l), field, "of length " + text(l), "a vector of finite length > 0");
@@ -43,7 +43,7 @@ class LifecycleChecker : public Checker {
     if (const auto* bounds = std::get_if<Box>(&shape)) box(field, *bounds);
     if (const auto* disc = std::get_if<Disc>(&shape)) {
       value(field + ".center", disc->center, Range::finite);
-      direction(field + ".normal", disc->normal);
+      direction_by_length(field + ".normal", disc->normal);
       value(field + ".radius", disc->radius, Range::non_negative);
     }
   }
@@ -69,7 +69,7 @@ class LifecycleChecker : public Checker {
             "at most " + std::to_string(max_boundaries));
     for (std::size_t i = 0; i < r.boundaries.size(); ++i) {
       const std::string at = "removal.boundaries[" + std::to_string(i) + "]";
-      direction(at + ".normal", r.boundaries[i].normal);
+      direction_by_length(at + ".normal", r.boundaries[i].normal);
       value(at + ".offset", r.boundaries[i].offset, Range::finite);
     }
     if (r.outside) box("removal.outside", *r.outside);
@@ -327,7 +327,7 @@ LiveWorkspace<T> LifecyclePlan<T>::workspace() const {
   const Stepping stepping(parts_->workspace.is_stepping);
   if (!stepping) return made;  // told nothing: a step then says so
   made.parts_->workspace.followers.motions = parts_->workspace.followers.motions;
-  made.parts_->workspace.known = parts_->told;
+  made.parts_->workspace.known = parts_->drives;
   return made;
 }
 template <class T>
@@ -335,7 +335,7 @@ Expected<void> LifecyclePlan<T>::set_pose(std::size_t motion, const Pose& target
   if (parts_ == nullptr) return tl::unexpected(moved_from("plan"));
   Expected<void> done = drive_pose(parts_->workspace.followers.motions, motion, target, arrival);
   if (done && meets(parts_->compiled)) done = parts_->compiled.plan.set_pose(motion, target, arrival);
-  if (done) ++parts_->told;
+  if (done) ++parts_->drives;
   return done;
 }
 template <class T>

@@ -171,7 +171,7 @@ struct LifecyclePlan<T>::Parts {
   CompiledLifecycle<T> compiled;
   LifecycleWorkspace<T> workspace;
   Memory memory;
-  std::uint64_t told = 0;  // calls of set_pose
+  std::uint64_t drives = 0;  // calls of set_pose
 };
 
 template <class T>

@@ -422,7 +422,7 @@ StepResult LifecyclePlan<T>::fit_of(const LiveWorkspace<T>& workspace) const noe
   if (workspace.parts_ == nullptr) return StepResult::workspace_differs;
   const LifecycleWorkspace<T>& own = workspace.parts_->workspace;
   if (own.shape != parts_->workspace.shape) return StepResult::workspace_differs;
-  return own.known < parts_->told ? StepResult::driven_elsewhere : StepResult::done;
+  return own.known < parts_->drives ? StepResult::driven_elsewhere : StepResult::done;
 }
 
 template <class T>

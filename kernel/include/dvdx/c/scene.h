@@ -106,7 +106,7 @@ typedef struct dvdx_drag {
 // A surface's effect on a particle that meets it.
 typedef struct dvdx_surface {
   double restitution;       // 0..1
-  double friction;          // Coulomb's coefficient, >= 0
+  double friction;          // Coulomb's coefficient, >= 0; infinite: it sticks where it touches
   double viscosity;         // >= 0: an impact multiplies the tangential velocity by exp(-viscosity)
   double normal_viscosity;  // >= 0: and the normal one by exp(-normal_viscosity)
   dvdx_response response;

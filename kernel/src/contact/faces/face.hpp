@@ -14,7 +14,7 @@
 // Solution  p is the point of the triangle that is nearest to the core of the body, at the distance d; the body is what is
 //           nearer than r. Where d < r
 //             x_i += w_i / (m_i K) ((r - d) n - what slid, at most mu times what was pushed)
-//             v_i += w_i / (m_i K) dv,   dv as of an impact of a particle with the velocity sum w_i v_i (contact.hpp)
+//             v_i += w_i / (m_i K) dv,   dv as of an impact of a particle with the velocity sum w_i v_i (surface.hpp)
 //           Speed at the impact, in a part of a sub-step that ends with the speed u and had the mean speed U, is
 //             u_f = u - 2 (1 - f) (u - U),
 //           f the fraction at which p came in; of what lies still it is 0, so that nothing that rests bounces.

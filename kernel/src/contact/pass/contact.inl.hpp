@@ -1,5 +1,5 @@
-// The contact pass, wide: which lanes are worked out together. Formulas only: where they come from stands in contact.hpp, their
-// scalar twin in contact_reference.hpp.
+// The contact pass, wide: which lanes are worked out together. Formulas only: where they come from stands in
+// contact/surfaces/surface.hpp, their scalar twin in contact_reference.hpp.
 #pragma once
 
 #include <array>

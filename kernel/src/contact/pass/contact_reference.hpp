@@ -1,5 +1,5 @@
 // The contact pass, scalar: written by hand beside contact.inl.hpp and what it is made of, the same letters in the same order
-// of operations. Derivations and sources stand in contact.hpp.
+// of operations. Derivations and sources stand in contact/surfaces/surface.hpp.
 #pragma once
 
 #include <cstddef>

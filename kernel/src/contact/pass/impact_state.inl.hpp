@@ -1,4 +1,4 @@
-// Where surfaces lie and how a path goes on from impact to impact, wide. The scalar twin: course_reference.hpp.
+// Where surfaces lie and how a path goes on from impact to impact, wide. The scalar twin: impact_state_reference.hpp.
 #pragma once
 
 #include <cstddef>

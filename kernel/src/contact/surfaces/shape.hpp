@@ -18,7 +18,7 @@
 //          in front of that plane touches nothing. Nor does a trajectory whose box does not overlap the box about the ball
 //          that holds the body.
 // Impact.  Tangent planes: from a point of the path at f, outside, to where the path meets the plane n.(x - x_f) = -s, the
-//          root of s + d g + c g^2, d = n.(u + 2 f a), c = n.a, in the form of contact.hpp. The body is behind that plane,
+//          root of s + d g + c g^2, d = n.(u + 2 f a), c = n.a, in the form of surface.hpp. The body is behind that plane,
 //          so no step passes an impact, and a path that does not meet one of the planes misses. A face of a box takes one
 //          step, a round body about as many as Newton's; at a graze a step halves the rest of the way. On a path that
 //          springs, drag or forces of time bend, that is the first guess for Newton's steps with a bracket.

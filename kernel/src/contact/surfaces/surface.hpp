@@ -92,8 +92,8 @@
 
 namespace dvdx {
 
-// Whatever depends on it is a switch that names every shape, in all builds by -Werror=switch: a new one does not compile until
-// each place has it.
+// Most of what depends on it is a switch that names every shape, in all builds by -Werror=switch; docs/design.md lists what is
+// not.
 enum class Shape : std::uint8_t { plane, sphere, capsule, box, convex, mesh };
 
 enum class Movement : std::uint8_t { rest, shifts, turns };

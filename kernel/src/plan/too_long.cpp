@@ -1,4 +1,4 @@
-#include "plan/tearing.hpp"
+#include "plan/too_long.hpp"
 
 #include <algorithm>
 #include <cmath>
