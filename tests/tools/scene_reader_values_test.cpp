@@ -245,16 +245,7 @@ constexpr BadValue bad_values[] = {
     {"/fixed", "[0,1,0]", "fixed[2] is 0 a second time: an id may occur once"},
 };
 
-json full_with(const BadValue& bad) {
-  json scene = json::parse(full_scene);
-  const json::json_pointer where(bad.where);
-  if (bad.value != nullptr) {
-    scene[where] = json::parse(bad.value);
-  } else {
-    scene[where.parent_pointer()].erase(where.back());
-  }
-  return scene;
-}
+json full_with(const BadValue& bad) { return test::with_value(full_scene, bad.where, bad.value); }
 
 TEST_CASE("every bad value is refused with its path, its value and what is valid") {
   CHECK(std::size(bad_values) >= 40);

@@ -19,4 +19,16 @@ class Schema {
   nlohmann::json root_;
 };
 
+// A scene with another value at a JSON pointer; value: JSON, or null, which takes the key away.
+inline nlohmann::json with_value(const char* scene, const char* where, const char* value) {
+  nlohmann::json changed = nlohmann::json::parse(scene);
+  const nlohmann::json::json_pointer at(where);
+  if (value != nullptr) {
+    changed[at] = nlohmann::json::parse(value);
+  } else {
+    changed[at.parent_pointer()].erase(at.back());
+  }
+  return changed;
+}
+
 }  // namespace dvdx::test

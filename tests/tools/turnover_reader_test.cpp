@@ -87,16 +87,7 @@ constexpr BadValue bad_values[] = {
     {"/removal/order", "\"first\"", "removal.order is \"first\": must be \"kept\" or \"any\""},
 };
 
-json scene_with(const BadValue& bad) {
-  json scene = json::parse(live_scene);
-  const json::json_pointer where(bad.where);
-  if (bad.value != nullptr) {
-    scene[where] = json::parse(bad.value);
-  } else {
-    scene[where.parent_pointer()].erase(where.back());
-  }
-  return scene;
-}
+json scene_with(const BadValue& bad) { return test::with_value(live_scene, bad.where, bad.value); }
 
 TEST_CASE("emitters, capacity and removal are read as they stand") {
   const auto file = parse_scene("live.json", live_scene, plenty);

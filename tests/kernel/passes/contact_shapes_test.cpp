@@ -11,6 +11,7 @@
 
 #include "dvdx/plan.hpp"
 #include "kernel/passes/cloths.hpp"
+#include "kernel/passes/falling_cloud.hpp"
 #include "kernel/passes/joined_run.hpp"
 #include "math/rotation.hpp"
 #include "support/batch.hpp"
@@ -21,18 +22,11 @@
 namespace contact_shapes_test {
 
 using namespace dvdx;
+using test::cloud;
+using test::gravity;
 using test::Joined;
 using test::stepped;
-
-constexpr Vec3 gravity{0, -9.81, 0};
-
-template <class C>
-C touched(C contact) {
-  contact.restitution = 0.5;
-  contact.friction = 0.3;
-  contact.viscosity = 0.1;
-  return contact;
-}
+using test::touched;
 
 Convex cube(const Vec3& center, const Vec3& half) {
   Convex convex;
@@ -44,17 +38,6 @@ Convex cube(const Vec3& center, const Vec3& half) {
     }
   }
   return convex;
-}
-
-Joined cloud(std::size_t count) {
-  Joined joined;
-  joined.name = "cloud";
-  for (std::size_t i = 0; i < count; ++i) {
-    joined.x.push_back({test::scatter(i, 0), 0.3 + 0.7 * test::scatter(i, 1), test::scatter(i, 2)});
-    joined.v.push_back({2 * test::scatter(i, 3), test::scatter(i, 4), test::scatter(i, 5)});
-  }
-  joined.scene.add(Constant{.acceleration = gravity});
-  return joined;
 }
 
 // Every body beside a plane and a sphere, all within what a cloud falls through.
@@ -232,28 +215,11 @@ TEST_CASE_TEMPLATE("bodies: a particle rests on a box's face and on a capsule, a
 }
 
 TEST_CASE("bodies: all that moves at one velocity acts as at rest, but for that way") {
-  constexpr Vec3 boost{1.5, -0.75, 2.25};
   for (const double drag : {0.0, 0.4}) {
     Joined still = cloud(100);
     still.scene.add(touched(Capsule{.ends = {{{-0.6, 0, -0.5}, {0.4, 0.2, -0.6}}}, .radius = {0.2, 0.1}}));
     still.scene.add(touched(OrientedBox{.center = {0.1, -1, 0}, .half_extents = {1, 0.2, 1}, .rotation = {0.1, 0.2, -0.15}}));
-    if (drag != 0) still.scene.add(Drag{.coefficient = drag});
-    Joined moving = still;
-    for (Vec3& v : moving.v) {
-      for (std::size_t k = 0; k < 3; ++k) v[k] += boost[k];
-    }
-    if (drag != 0) std::get<Drag>(moving.scene.forces.back()).wind = boost;
-    for (Contact& contact : moving.scene.contacts) std::visit([](auto& c) { c.motion = 0; }, contact);
-    moving.scene.add(Motion{.center = {}, .keys = {{.time = 0}, {.time = 16, .translation = scaled(boost, 16)}}});
-    const std::size_t steps = 120;  // 2 s
-    const auto wanted = stepped<double>(still, {.isa = best_isa()}, steps);
-    const auto got = stepped<double>(moving, {.isa = best_isa()}, steps);
-    const double t = static_cast<double>(steps) * still.step;
-    double most = 0;
-    for (std::size_t i = 0; i < wanted.size(); i += 6) {
-      for (std::size_t k = 0; k < 3; ++k) most = std::max(most, std::abs(got[i + k] - t * boost[k] - wanted[i + k]));
-    }
-    CHECK_MESSAGE(most < 1e-9, "drag " << drag << ": " << most << " m");
+    test::check_in_moving_frame(still, drag);
   }
 }
 

@@ -11,14 +11,16 @@
 
 #include "dvdx/plan.hpp"
 #include "kernel/passes/cloths.hpp"
+#include "kernel/passes/falling_cloud.hpp"
 #include "math/vec3.hpp"
 
 namespace triangle_meshes {
 
 using namespace dvdx;
+using test::cloud;
+using test::gravity;
 using test::Joined;
-
-inline constexpr Vec3 gravity{0, -9.81, 0};
+using test::touched;
 
 inline TriangleMesh box_of_triangles(const Vec3& center, const Vec3& half) {
   TriangleMesh mesh;
@@ -83,25 +85,6 @@ inline TriangleMesh angle_of_triangles() {
     mesh.triangles.push_back({a, c, b});
   }
   return mesh;
-}
-
-template <class C>
-C touched(C contact) {
-  contact.restitution = 0.5;
-  contact.friction = 0.3;
-  contact.viscosity = 0.1;
-  return contact;
-}
-
-inline Joined cloud(std::size_t count) {
-  Joined joined;
-  joined.name = "cloud";
-  for (std::size_t i = 0; i < count; ++i) {
-    joined.x.push_back({test::scatter(i, 0), 0.3 + 0.7 * test::scatter(i, 1), test::scatter(i, 2)});
-    joined.v.push_back({2 * test::scatter(i, 3), test::scatter(i, 4), test::scatter(i, 5)});
-  }
-  joined.scene.add(Constant{.acceleration = gravity});
-  return joined;
 }
 
 }  // namespace triangle_meshes
