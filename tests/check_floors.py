@@ -29,10 +29,10 @@ HOUSES = {
             "kernel/src/free",  # the block loop and its coefficients
             "kernel/src/meet",  # particles that meet
             "kernel/src/stability",  # ranges, accuracy, sub-steps
-            "kernel/src/turnover/pass",  # births and removals
+            "kernel/src/lifecycle/pass",  # births and removals
             "kernel/src/isa",  # one table of passes
             "kernel/src/plan",  # what puts the slices together
-            "kernel/src/turnover",  # particles that come and go
+            "kernel/src/lifecycle",  # particles that come and go
             "kernel/src/c_api",  # the C functions
             "kernel/src/adapters",  # OpenMP and MPI
         ],

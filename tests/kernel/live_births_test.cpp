@@ -10,7 +10,7 @@
 #include "kernel/living.hpp"
 #include "support/batch.hpp"
 #include "support/close.hpp"
-#include "turnover/lifecycle.hpp"
+#include "lifecycle/lifecycle.hpp"
 
 namespace living::births_test {
 

@@ -16,7 +16,7 @@
 #include "support/batch.hpp"
 #include "support/scenes.hpp"
 #include "support/threads.hpp"
-#include "turnover/lifecycle.hpp"
+#include "lifecycle/lifecycle.hpp"
 
 namespace living::model_test {
 

@@ -30,7 +30,7 @@ struct Box {
 // Makes particles one after another, 1/rate apart: the n-th of them (from 1) at the time start + n/rate, whatever the steps
 // are. From there to the end of the step it moves in a straight line; forces and contacts act from the next step on. All that
 // is drawn for it is a function of (seed, n - 1) alone: Philox's four words of the counter (n - 1, group, 1), each times 2^-32;
-// turnover/pass/emission_reference.hpp says which number is for what.
+// lifecycle/pass/emission_reference.hpp says which number is for what.
 struct Emitter {
   std::variant<Vec3, Disc, Box> shape = Vec3{};          // a point, or evenly over a disc or in a box
   double rate = 0;                                       // particles/s, >= 0

@@ -14,8 +14,8 @@
 #include "meet/rounds.hpp"
 #include "skin/ball.hpp"
 #include "springs/network.hpp"
-#include "turnover/pass/emission.hpp"
-#include "turnover/pass/removal.hpp"
+#include "lifecycle/pass/emission.hpp"
+#include "lifecycle/pass/removal.hpp"
 
 namespace dvdx {
 

@@ -18,8 +18,8 @@
 #include "springs/sweep/lines_reference.hpp"
 #include "springs/sweep/sequential_reference.hpp"
 #include "springs/sweep/spring_lines_reference.hpp"
-#include "turnover/pass/emission_reference.hpp"
-#include "turnover/pass/removal_reference.hpp"
+#include "lifecycle/pass/emission_reference.hpp"
+#include "lifecycle/pass/removal_reference.hpp"
 
 namespace dvdx {
 namespace {

@@ -24,8 +24,8 @@
 #include "springs/sweep/shifts.inl.hpp"
 #include "springs/sweep/spring_lines.inl.hpp"
 #include "springs/sweep/strands.inl.hpp"
-#include "turnover/pass/emission.inl.hpp"
-#include "turnover/pass/removal.inl.hpp"
+#include "lifecycle/pass/emission.inl.hpp"
+#include "lifecycle/pass/removal.inl.hpp"
 
 namespace dvdx {
 namespace {

@@ -15,7 +15,7 @@
 
 namespace dvdx {
 
-// Whether a plan's particles are those of one state, or come and go (turnover/lifecycle.hpp): these have no columns of their
+// Whether a plan's particles are those of one state, or come and go (lifecycle/lifecycle.hpp): these have no columns of their
 // own, and what follows a motion is moved from step to step by who steps them. Those that meet as well are stepped in columns
 // for `count` of them, of which a state has any number.
 enum class Particles { of_state, come_and_go, come_and_meet };

@@ -12,7 +12,7 @@
 
 #include "dvdx/counter_random.hpp"
 #include "isa/passes.hpp"
-#include "turnover/pass/fill.hpp"
+#include "lifecycle/pass/fill.hpp"
 
 namespace removal_test {
 

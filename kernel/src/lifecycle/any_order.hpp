@@ -1,5 +1,5 @@
 // A step whose survivors stand in any order: births take the places of what goes, and the last fill the holes that are left
-// (turnover/pass/fill.hpp).
+// (lifecycle/pass/fill.hpp).
 #pragma once
 
 #include <algorithm>
@@ -8,9 +8,9 @@
 #include <cstdint>
 #include <span>
 
-#include "turnover/lifecycle.hpp"
-#include "turnover/live_births.hpp"
-#include "turnover/live_chunks.hpp"
+#include "lifecycle/lifecycle.hpp"
+#include "lifecycle/live_births.hpp"
+#include "lifecycle/live_chunks.hpp"
 #include "work/tasks.hpp"
 
 namespace dvdx {

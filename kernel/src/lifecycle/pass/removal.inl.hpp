@@ -9,7 +9,7 @@
 #include <type_traits>
 
 #include "simd/lanes.hpp"
-#include "turnover/pass/removal.hpp"
+#include "lifecycle/pass/removal.hpp"
 
 namespace dvdx {
 namespace {

@@ -6,7 +6,7 @@
 #include "flow/rate.inl.hpp"
 #include "simd/lanes.hpp"
 #include "simd/three.inl.hpp"
-#include "turnover/pass/emission.hpp"
+#include "lifecycle/pass/emission.hpp"
 
 namespace dvdx {
 namespace {

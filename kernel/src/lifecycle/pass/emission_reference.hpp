@@ -6,7 +6,7 @@
 
 #include "dvdx/counter_random.hpp"
 #include "math/elementary.hpp"
-#include "turnover/pass/emission.hpp"
+#include "lifecycle/pass/emission.hpp"
 
 namespace dvdx::reference {
 

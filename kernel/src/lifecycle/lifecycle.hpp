@@ -20,7 +20,7 @@
 #include "motion/driven.hpp"
 #include "motion/pose_track.hpp"
 #include "scene/particle_values.hpp"
-#include "turnover/pass/fill.hpp"
+#include "lifecycle/pass/fill.hpp"
 
 namespace dvdx {
 

@@ -9,8 +9,8 @@
 
 #include "contact/report/contact_recorder.hpp"
 #include "plan/reported_step.hpp"
-#include "turnover/lifecycle.hpp"
-#include "turnover/live_columns.hpp"
+#include "lifecycle/lifecycle.hpp"
+#include "lifecycle/live_columns.hpp"
 
 namespace dvdx {
 

@@ -3,7 +3,7 @@
 
 #include <cstring>
 
-#include "turnover/pass/removal.hpp"
+#include "lifecycle/pass/removal.hpp"
 
 namespace dvdx::reference {
 

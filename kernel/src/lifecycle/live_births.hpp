@@ -7,8 +7,8 @@
 #include <cstdint>
 #include <cstring>
 
-#include "turnover/lifecycle.hpp"
-#include "turnover/live_columns.hpp"
+#include "lifecycle/lifecycle.hpp"
+#include "lifecycle/live_columns.hpp"
 
 namespace dvdx {
 

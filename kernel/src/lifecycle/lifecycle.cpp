@@ -1,5 +1,5 @@
 // Compiling what comes and goes, and saying what is wrong with it.
-#include "turnover/lifecycle.hpp"
+#include "lifecycle/lifecycle.hpp"
 
 #include <cmath>
 #include <utility>

@@ -10,8 +10,8 @@
 #include <span>
 
 #include "dvdx/layouts/convert.hpp"
-#include "turnover/lifecycle.hpp"
-#include "turnover/pass/fill.hpp"
+#include "lifecycle/lifecycle.hpp"
+#include "lifecycle/pass/fill.hpp"
 
 namespace dvdx {
 

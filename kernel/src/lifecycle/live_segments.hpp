@@ -7,9 +7,9 @@
 #include <cstdint>
 #include <span>
 
-#include "turnover/lifecycle.hpp"
-#include "turnover/live_chunks.hpp"
-#include "turnover/live_columns.hpp"
+#include "lifecycle/lifecycle.hpp"
+#include "lifecycle/live_chunks.hpp"
+#include "lifecycle/live_columns.hpp"
 #include "work/tasks.hpp"
 
 namespace dvdx {

@@ -2,7 +2,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "turnover/lifecycle.hpp"
+#include "lifecycle/lifecycle.hpp"
 
 namespace dvdx {
 
