@@ -2,7 +2,7 @@
 
 #include <cstddef>
 
-#include "math/flow.hpp"
+#include "math/two_double_flow.hpp"
 #include "math/psi.hpp"
 
 // Equation      x'' = f - W (x - c) - g x' + a(tau);  w = W h^2, q = g h;  e = x - c

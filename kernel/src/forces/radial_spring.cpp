@@ -2,7 +2,7 @@
 
 #include "forces/spring.hpp"
 #include "math/elementary.hpp"
-#include "math/flow.hpp"
+#include "math/two_double_flow.hpp"
 
 // Equation      x'' = -(W (r - l) + g r') n,  n = (x - c)/r, r = |x - c|, l the rest length
 // Solution      none in closed form in space: the direction n turns. Along one that did not turn it would be a spring's.

@@ -3,7 +3,7 @@
 #include <cmath>
 
 #include "math/elementary.hpp"
-#include "math/flow.hpp"
+#include "math/two_double_flow.hpp"
 
 // Equation   y'' + q y' + w y = 1 in a unit of time: a step of x'' = -W x - g x' + f in units of h. Roots of mu^2 + q mu + w.
 // Solution   psi_1 is the response to a unit pulse, psi_2 to a unit force, psi_3 to a unit ramp: divided differences of exp at

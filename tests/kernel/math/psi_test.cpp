@@ -5,7 +5,7 @@
 #include <cmath>
 #include <string>
 
-#include "math/flow.hpp"
+#include "math/two_double_flow.hpp"
 #include "support/oracle.hpp"
 #include "support/ulp.hpp"
 

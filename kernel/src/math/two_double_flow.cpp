@@ -1,4 +1,4 @@
-#include "math/flow.hpp"
+#include "math/two_double_flow.hpp"
 
 #include <algorithm>
 #include <cmath>
