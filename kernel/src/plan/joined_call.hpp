@@ -15,7 +15,7 @@
 #include "plan/state_io.hpp"
 #include "plan/workspace.hpp"
 #include "scene/particle_values.hpp"
-#include "topology/halo.hpp"
+#include "topology/halo_send.hpp"
 #include "work/tasks.hpp"
 
 namespace dvdx {

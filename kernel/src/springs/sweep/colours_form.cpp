@@ -6,7 +6,7 @@
 #include <utility>
 
 #include "scene/text.hpp"
-#include "topology/halo.hpp"
+#include "topology/halo_send.hpp"
 #include "topology/list_sheet.hpp"
 #include "work/tasks.hpp"
 

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <utility>
 
-#include "topology/halo.hpp"
+#include "topology/halo_send.hpp"
 #include "work/tasks.hpp"
 
 namespace dvdx {
