@@ -2,7 +2,7 @@
 #include "air/air_reference.hpp"
 #include "constraint/chain_reference.hpp"
 #include "constraint/constraint_reference.hpp"
-#include "constraint/limit_reference.hpp"
+#include "constraint/strain_limit_reference.hpp"
 #include "flow/layout_reference.hpp"
 #include "flow/residual_reference.hpp"
 #include "free/block_loop_reference.hpp"

@@ -4,7 +4,7 @@
 #include "air/air.inl.hpp"
 #include "constraint/chain.inl.hpp"
 #include "constraint/constraint.inl.hpp"
-#include "constraint/limit.inl.hpp"
+#include "constraint/strain_limit.inl.hpp"
 #include "constraint/lone_chain.inl.hpp"
 #include "flow/layout.inl.hpp"
 #include "flow/residual.inl.hpp"

@@ -16,7 +16,7 @@
 #include "meet/meet_rules.hpp"
 #include "plan/substeps.hpp"
 #include "skin/balls.hpp"
-#include "springs/limit.hpp"
+#include "springs/frequencies.hpp"
 #include "springs/network_forms.hpp"
 #include "springs/network_rates.hpp"
 #include "topology/topology.hpp"

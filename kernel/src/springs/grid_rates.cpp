@@ -4,7 +4,7 @@
 #include <array>
 #include <cmath>
 
-#include "springs/limit.hpp"
+#include "springs/frequencies.hpp"
 
 namespace dvdx {
 

@@ -84,7 +84,7 @@ void ListRates::pull_as_is(std::size_t s) noexcept {
   pull_c_[s] = is_whole ? c_[s] : 0;
 }
 
-// In the order of the list, as sum_bound() of springs/limit.cpp does: the same bits.
+// In the order of the list, as sum_bound() of springs/frequencies.cpp does: the same bits.
 void ListRates::sum_up(std::span<const double> pull, std::span<const std::uint32_t> springs, double w, std::size_t particle,
                        Products& products) noexcept {
   double magnitudes = 0;

@@ -115,7 +115,7 @@ struct GraphTerms {
 
 // ---- damping between pulses --------------------------------------------------------------------------------------------
 
-// A pulse of springs that damp (springs/limit.cpp has why):
+// A pulse of springs that damp (springs/frequencies.cpp has why):
 //   a = M^-1 F(x, v),   v += s_0 a + s_1 (-M^-1 C) a + s_2 (-M^-1 C)^2 a + ...,   C of the springs as they lie
 // A pass of it takes `of`, makes y = -M^-1 C of, and leaves v += s of and y; the last one leaves v += s of + t y and no y.
 // The force of a spring in -C u is c (d.u)/r^2 d for every u: no root is taken.

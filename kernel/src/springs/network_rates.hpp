@@ -9,7 +9,7 @@
 
 #include "dvdx/scene.hpp"
 #include "springs/grid_rates.hpp"
-#include "springs/limit.hpp"
+#include "springs/frequencies.hpp"
 #include "springs/list_rates.hpp"
 #include "topology/particle_order.hpp"
 

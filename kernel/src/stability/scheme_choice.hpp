@@ -6,7 +6,7 @@
 #include <span>
 
 #include "dvdx/plan.hpp"
-#include "springs/limit.hpp"
+#include "springs/frequencies.hpp"
 #include "stability/sweep_error.hpp"
 
 namespace dvdx {

@@ -9,7 +9,7 @@
 
 #include "dvdx/plan.hpp"
 #include "dvdx/scene.hpp"
-#include "springs/limit.hpp"
+#include "springs/frequencies.hpp"
 #include "springs/sweep/sweep_scheme.hpp"
 #include "topology/particle_order.hpp"
 #include "topology/topology.hpp"

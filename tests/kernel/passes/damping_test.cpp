@@ -11,7 +11,7 @@
 
 #include "kernel/passes/cloths.hpp"
 #include "kernel/passes/joined_run.hpp"
-#include "springs/limit.hpp"
+#include "springs/frequencies.hpp"
 #include "support/close.hpp"
 
 namespace damping_test {

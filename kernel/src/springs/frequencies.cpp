@@ -1,4 +1,4 @@
-#include "springs/limit.hpp"
+#include "springs/frequencies.hpp"
 
 #include <Eigen/Eigenvalues>
 #include <algorithm>

@@ -1,4 +1,4 @@
-// Chains of limits, wide: sixteen side by side, each solved as a whole. The scalar twin: limit_reference.hpp; the derivation:
+// Chains of limits, wide: sixteen side by side, each solved as a whole. The scalar twin: strain_limit_reference.hpp; the derivation:
 // constraint.hpp.
 #pragma once
 
