@@ -131,16 +131,16 @@ void Fixing::apply(Scene& scene, std::size_t /*count*/) const {
   scene.fixed.insert(std::lower_bound(scene.fixed.begin(), scene.fixed.end(), particle), particle);
 }
 
-std::optional<Error> Releasing::refusal(const Scene& scene, std::optional<std::size_t> count) const {
+std::optional<Error> ReleaseChange::refusal(const Scene& scene, std::optional<std::size_t> count) const {
   if (auto error = refusal_of_particle(particle, count)) return error;
   if (!is_fixed(scene, particle)) return Error{"particle", std::to_string(particle), "one that is fixed"};
   return std::nullopt;
 }
-void Releasing::apply(Scene& scene, std::size_t /*count*/) const {
+void ReleaseChange::apply(Scene& scene, std::size_t /*count*/) const {
   scene.fixed.erase(std::lower_bound(scene.fixed.begin(), scene.fixed.end(), particle));
 }
 
-std::optional<Error> Break::refusal(const Scene& scene, std::optional<std::size_t> /*count*/) const {
+std::optional<Error> TearChange::refusal(const Scene& scene, std::optional<std::size_t> /*count*/) const {
   if (network >= scene.networks.size()) return no_such("networks", network, scene.networks.size());
   const auto* grid = std::get_if<Grid>(&scene.networks[network]);
   const auto* springs = std::get_if<Springs>(&scene.networks[network]);
@@ -153,7 +153,7 @@ std::optional<Error> Break::refusal(const Scene& scene, std::optional<std::size_
   }
   return std::nullopt;
 }
-void Break::apply(Scene& scene, std::size_t /*count*/) const {
+void TearChange::apply(Scene& scene, std::size_t /*count*/) const {
   std::visit([&](auto& network_) { network_.broken.insert(network_.broken.end(), ends.begin(), ends.end()); },
              scene.networks[network]);
 }

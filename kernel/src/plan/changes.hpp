@@ -48,19 +48,19 @@ struct MassChange {
   void apply(Scene& scene, std::size_t count) const;
 };
 
-struct Fixing {
+struct PinChange {
   std::size_t particle;
   [[nodiscard]] std::optional<Error> refusal(const Scene& scene, std::optional<std::size_t> count) const;
   void apply(Scene& scene, std::size_t count) const;
 };
 
-struct Releasing {
+struct ReleaseChange {
   std::size_t particle;
   [[nodiscard]] std::optional<Error> refusal(const Scene& scene, std::optional<std::size_t> count) const;
   void apply(Scene& scene, std::size_t count) const;
 };
 
-struct Break {
+struct TearChange {
   std::size_t network;
   std::span<const Pair> ends;
   [[nodiscard]] std::optional<Error> refusal(const Scene& scene, std::optional<std::size_t> count) const;

@@ -147,7 +147,7 @@ Expected<InPlace> in_place(CompiledScene<T>& compiled, const MassChange& change)
 }
 
 template <class T>
-Expected<InPlace> in_place(CompiledScene<T>& compiled, const Fixing& change) {
+Expected<InPlace> in_place(CompiledScene<T>& compiled, const PinChange& change) {
   CompiledNetwork<T>* const compiled_network = network_in_place(compiled);
   if (compiled_network == nullptr) return InPlace::not_done;
   make_room(compiled.scene.fixed);
@@ -162,7 +162,7 @@ Expected<InPlace> in_place(CompiledScene<T>& compiled, const Fixing& change) {
 }
 
 template <class T>
-Expected<InPlace> in_place(CompiledScene<T>& compiled, const Releasing& change) {
+Expected<InPlace> in_place(CompiledScene<T>& compiled, const ReleaseChange& change) {
   CompiledNetwork<T>* const compiled_network = network_in_place(compiled);
   if (compiled_network == nullptr) return InPlace::not_done;
   compiled_network->reserve_rates(compiled.scene, compiled.start);
@@ -176,7 +176,7 @@ Expected<InPlace> in_place(CompiledScene<T>& compiled, const Releasing& change) 
 }
 
 template <class T>
-Expected<InPlace> in_place(CompiledScene<T>& compiled, const Break& change) {
+Expected<InPlace> in_place(CompiledScene<T>& compiled, const TearChange& change) {
   CompiledNetwork<T>* const compiled_network = network_in_place(compiled);
   const auto* const springs = std::get_if<Springs>(&compiled.scene.networks[change.network]);
   const bool is_bend = springs != nullptr && springs->zero_length != Scalars(0.0);  // which is not torn
@@ -236,17 +236,17 @@ template Expected<InPlace> change_in_place(CompiledScene<float>&, const GridStif
 template Expected<InPlace> change_in_place(CompiledScene<float>&, const SpringsStiffnessChange&);
 template Expected<InPlace> change_in_place(CompiledScene<float>&, const ZeroLengthChange&);
 template Expected<InPlace> change_in_place(CompiledScene<float>&, const MassChange&);
-template Expected<InPlace> change_in_place(CompiledScene<float>&, const Fixing&);
-template Expected<InPlace> change_in_place(CompiledScene<float>&, const Releasing&);
-template Expected<InPlace> change_in_place(CompiledScene<float>&, const Break&);
+template Expected<InPlace> change_in_place(CompiledScene<float>&, const PinChange&);
+template Expected<InPlace> change_in_place(CompiledScene<float>&, const ReleaseChange&);
+template Expected<InPlace> change_in_place(CompiledScene<float>&, const TearChange&);
 template Expected<InPlace> replace_in_place(CompiledScene<float>&, std::size_t, const Contact&);
 template Expected<InPlace> change_in_place(CompiledScene<double>&, const GridStiffnessChange&);
 template Expected<InPlace> change_in_place(CompiledScene<double>&, const SpringsStiffnessChange&);
 template Expected<InPlace> change_in_place(CompiledScene<double>&, const ZeroLengthChange&);
 template Expected<InPlace> change_in_place(CompiledScene<double>&, const MassChange&);
-template Expected<InPlace> change_in_place(CompiledScene<double>&, const Fixing&);
-template Expected<InPlace> change_in_place(CompiledScene<double>&, const Releasing&);
-template Expected<InPlace> change_in_place(CompiledScene<double>&, const Break&);
+template Expected<InPlace> change_in_place(CompiledScene<double>&, const PinChange&);
+template Expected<InPlace> change_in_place(CompiledScene<double>&, const ReleaseChange&);
+template Expected<InPlace> change_in_place(CompiledScene<double>&, const TearChange&);
 template Expected<InPlace> replace_in_place(CompiledScene<double>&, std::size_t, const Contact&);
 
 }  // namespace dvdx

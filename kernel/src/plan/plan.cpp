@@ -354,11 +354,11 @@ Expected<void> Plan<T>::set_mass(std::size_t particle, double mass) {
 }
 template <class T>
 Expected<void> Plan<T>::fix(std::size_t particle) {
-  return changed(parts_, "plan", [&](auto& in) { return in.change(Fixing{particle}); });
+  return changed(parts_, "plan", [&](auto& in) { return in.change(PinChange{particle}); });
 }
 template <class T>
 Expected<void> Plan<T>::release(std::size_t particle) {
-  return changed(parts_, "plan", [&](auto& in) { return in.change(Releasing{particle}); });
+  return changed(parts_, "plan", [&](auto& in) { return in.change(ReleaseChange{particle}); });
 }
 template <class T>
 Expected<void> Plan<T>::break_spring(std::size_t index, const Pair& ends) {
@@ -366,7 +366,7 @@ Expected<void> Plan<T>::break_spring(std::size_t index, const Pair& ends) {
 }
 template <class T>
 Expected<void> Plan<T>::break_springs(std::size_t index, std::span<const Pair> ends) {
-  return changed(parts_, "plan", [&](auto& in) { return in.change(Break{index, ends}); });
+  return changed(parts_, "plan", [&](auto& in) { return in.change(TearChange{index, ends}); });
 }
 template <class T>
 Expected<std::vector<Pair>> Plan<T>::too_long(std::size_t index, double stretch, const State<T>& state) const {
