@@ -15,7 +15,7 @@
 #include "skin/ball_reference.hpp"
 #include "springs/sum/grid_reference.hpp"
 #include "springs/sum/pairs_reference.hpp"
-#include "springs/sweep/lines_reference.hpp"
+#include "springs/sweep/row_phases_reference.hpp"
 #include "springs/sweep/sequential_reference.hpp"
 #include "springs/sweep/spring_lines_reference.hpp"
 #include "lifecycle/pass/emission_reference.hpp"

@@ -18,7 +18,7 @@
 #include "skin/ball.inl.hpp"
 #include "springs/sum/grid.inl.hpp"
 #include "springs/sum/pairs.inl.hpp"
-#include "springs/sweep/lines.inl.hpp"
+#include "springs/sweep/row_phases.inl.hpp"
 #include "springs/sweep/ranges.inl.hpp"
 #include "springs/sweep/sheet_lines.inl.hpp"
 #include "springs/sweep/shifts.inl.hpp"

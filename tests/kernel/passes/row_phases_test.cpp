@@ -7,9 +7,9 @@
 
 #include "dvdx/isa.hpp"
 #include "isa/passes.hpp"
-#include "springs/sweep/lines_reference.hpp"
+#include "springs/sweep/row_phases_reference.hpp"
 
-namespace lines_test {
+namespace row_phases_test {
 
 using namespace dvdx;
 
@@ -47,4 +47,4 @@ TEST_CASE_TEMPLATE("lines: rows go to their lines and come back, on every ISA", 
   }
 }
 
-}  // namespace lines_test
+}  // namespace row_phases_test

@@ -1,4 +1,4 @@
-// Rows of a sheet into their lines and back, wide. The scalar twin: lines_reference.hpp.
+// Rows of a sheet into their lines and back, wide. The scalar twin: row_phases_reference.hpp.
 #pragma once
 
 #include "simd/lanes.hpp"
