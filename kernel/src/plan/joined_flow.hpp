@@ -10,7 +10,7 @@
 
 #include "plan/joined_call.hpp"
 #include "plan/joined_followers.hpp"
-#include "plan/joined_still.hpp"
+#include "plan/joined_resting.hpp"
 
 namespace dvdx {
 
@@ -39,7 +39,7 @@ class JoinedFlow {
     for (std::size_t f = 0; f < m_.flows().size(); ++f) make_offsets(f, Clock{}, offsets_[f]);
   }
 
-  [[nodiscard]] JoinedStill<T>& still() noexcept { return still_; }
+  [[nodiscard]] JoinedResting<T>& still() noexcept { return still_; }
 
   void make_offsets(std::size_t f, Clock clock, FlowOffsets& offsets) noexcept {
     const FreeMotion<T>& flow = *m_.flows()[f];
@@ -137,7 +137,7 @@ class JoinedFlow {
       take();
       return flow_block(motion, offsets, block);
     }
-    StillBlock<T> still = still_.in(terms_of_contacts(motion), block);
+    RestingBlock<T> still = still_.in(terms_of_contacts(motion), block);
     if (impulse.pulses == 0) still.find_carried(impulse.t);
     still.keep();
     take();
@@ -211,7 +211,7 @@ class JoinedFlow {
   WorkColumns<T>& work_;
   const NetworkKernels<T>& kernels_;
   JoinedFollowers<T>& followers_;
-  JoinedStill<T> still_;
+  JoinedResting<T> still_;
   LoggedParticles logged_;
   PendingShift pending_{};
   std::array<FlowOffsets, max_flows> offsets_;

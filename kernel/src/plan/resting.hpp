@@ -20,7 +20,7 @@ namespace dvdx {
 
 // All particles, in the plan's columns. Brown's pairs are left out of what stands still, and need no notes of it.
 template <class T>
-struct StillColumns {
+struct RestingColumns {
   std::span<StandsHow> how;               // or none
   std::span<std::uint32_t> on;            // the surface that carries what stands still; where surfaces move
   std::span<const std::uint32_t> movers;  // of the flow: a surface of each motion, or no_surface
@@ -30,9 +30,9 @@ struct StillColumns {
 
 // A block's particles about one flow, whose contacts are among `terms`. No longer than max_block.
 template <class T>
-class StillBlock {
+class RestingBlock {
  public:
-  StillBlock(const StillColumns<T>& all, const Terms<T>& terms, const Block<T>& block) noexcept
+  RestingBlock(const RestingColumns<T>& all, const Terms<T>& terms, const Block<T>& block) noexcept
       : how_(all.how.empty() ? all.how : all.how.subspan(block.first, block.count)),
         on_(all.on.empty() ? all.on : all.on.subspan(block.first, block.count)),
         movers_(all.movers),

@@ -5,14 +5,14 @@
 #include <utility>
 
 #include "plan/joined_call.hpp"
-#include "plan/still.hpp"
+#include "plan/resting.hpp"
 
 namespace dvdx {
 
 template <class T>
-class JoinedStill {
+class JoinedResting {
  public:
-  explicit JoinedStill(JoinedCall<T>& call) noexcept
+  explicit JoinedResting(JoinedCall<T>& call) noexcept
       : call_(call), ws_(call.ws), kernels_(stay_kernels<T>(call.scene.options.arithmetic)) {}
 
   [[nodiscard]] bool is_kept() const noexcept { return !ws_.still.empty(); }
@@ -44,10 +44,10 @@ class JoinedStill {
             .owed = static_cast<T>(waited / motion.step())};
   }
   // terms: with the contacts that hold them.
-  [[nodiscard]] StillBlock<T> in(const Terms<T>& terms, const Block<T>& block) const noexcept {
-    const StillColumns<T> all{
+  [[nodiscard]] RestingBlock<T> in(const Terms<T>& terms, const Block<T>& block) const noexcept {
+    const RestingColumns<T> all{
         .how = ws_.still, .on = ws_.still_on, .movers = ws_.movers, .w = call_.work.w, .kernels = &kernels_};
-    return StillBlock<T>(all, terms, block);
+    return RestingBlock<T>(all, terms, block);
   }
 
  private:
