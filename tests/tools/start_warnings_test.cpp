@@ -7,7 +7,7 @@
 
 #include "tools/run_command.hpp"
 #include "tools/scratch_folder.hpp"
-#include "watch/dear_watch.hpp"
+#include "watch/long_run_watch.hpp"
 
 namespace start_warnings_test {
 
@@ -170,13 +170,13 @@ TEST_CASE("run warns of sheets in millimetres or grams") {
 
 // By the first quarter of a second: 10 ms a step.
 TEST_CASE("a run is dear where the steps that are left take longer than a minute") {
-  dvdx::tool::DearWatch watch;
+  dvdx::tool::LongRunWatch watch;
   CHECK_FALSE(watch.take(0.1, 10, 1000000));
   const auto seconds = watch.take(0.2, 20, 6001);
   REQUIRE(seconds);
   CHECK(*seconds == doctest::Approx(60.01));
   CHECK_FALSE(watch.take(100, 1, 1000000));  // it is told once
-  dvdx::tool::DearWatch cheap;
+  dvdx::tool::LongRunWatch cheap;
   CHECK_FALSE(cheap.take(0.3, 30, 5999));
   CHECK_FALSE(cheap.take(100, 1, 1000000));
 }

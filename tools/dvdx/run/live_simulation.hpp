@@ -21,7 +21,7 @@
 #include "state/refusal.hpp"
 #include "state/threads.hpp"
 #include "watch/contact_watch.hpp"
-#include "watch/dear_watch.hpp"
+#include "watch/long_run_watch.hpp"
 #include "watch/meet_watch.hpp"
 #include "watch/outcome.hpp"
 #include "watch/over_ranks.hpp"
@@ -199,7 +199,7 @@ class LiveSimulation {
   std::optional<SharedLife<T>> shared_;
   LifecyclePlan<T> plan_;
   Threads threads_;
-  DearWatch dear_;
+  LongRunWatch dear_;
   std::uint64_t done_ = 0;
   Outcome outcome_{};
   std::uint64_t particle_steps_ = 0;

@@ -25,7 +25,7 @@
 #include "state/state_memory.hpp"
 #include "state/threads.hpp"
 #include "watch/contact_watch.hpp"
-#include "watch/dear_watch.hpp"
+#include "watch/long_run_watch.hpp"
 #include "watch/heat_watch.hpp"
 #include "watch/join_watch.hpp"
 #include "watch/meet_watch.hpp"
@@ -387,7 +387,7 @@ class Simulation {
   std::optional<Split<T>> split_;
   Tearing tearing_;
   Threads threads_;
-  DearWatch dear_;
+  LongRunWatch dear_;
   std::uint64_t done_ = 0;
   Outcome outcome_;
   FindFrequency find_frequency_;  // where the start's has not been looked for

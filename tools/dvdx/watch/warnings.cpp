@@ -12,7 +12,7 @@
 #include "scene_io/names.hpp"
 #include "state/health.hpp"
 #include "state/stored_springs.hpp"
-#include "watch/dear_watch.hpp"
+#include "watch/long_run_watch.hpp"
 
 namespace dvdx::tool {
 namespace {
@@ -334,7 +334,7 @@ void tell_dear(double seconds, const SceneFile& file, Outcome& outcome) {
                          .text = fmt::format("the steps that are left take about {:.3g} s{}", seconds,
                                              has_substeps ? fmt::format(", each of {} sub-steps", limit->substeps) : ""),
                          .value = seconds,
-                         .limit = DearWatch::most,
+                         .limit = LongRunWatch::most,
                          .cure = has_substeps && limit->scheme != Scheme::sequential
                                      ? "Try --scheme auto, the cheapest that keeps its error within 1 % of the side"
                                      : "Try a shorter --duration, a longer --step or more --threads"};

@@ -6,7 +6,7 @@
 
 namespace dvdx::tool {
 
-class DearWatch {
+class LongRunWatch {
  public:
   // seconds: of some more steps. left: steps after them. Returns once, where all that are left take longer than a
   // minute: how long, s.
