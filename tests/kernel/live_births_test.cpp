@@ -8,9 +8,9 @@
 
 #include "dvdx/live.hpp"
 #include "kernel/living.hpp"
+#include "lifecycle/lifecycle.hpp"
 #include "support/batch.hpp"
 #include "support/close.hpp"
-#include "lifecycle/lifecycle.hpp"
 
 namespace living::births_test {
 

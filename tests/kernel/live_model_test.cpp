@@ -13,10 +13,10 @@
 #include "dvdx/counter_random.hpp"
 #include "dvdx/live.hpp"
 #include "kernel/living.hpp"
+#include "lifecycle/lifecycle.hpp"
 #include "support/batch.hpp"
 #include "support/scenes.hpp"
 #include "support/threads.hpp"
-#include "lifecycle/lifecycle.hpp"
 
 namespace living::model_test {
 

@@ -2,8 +2,8 @@
 
 #include <cstddef>
 
-#include "math/two_double_flow.hpp"
 #include "math/psi.hpp"
+#include "math/two_double_flow.hpp"
 
 // Equation      x'' = f - W (x - c) - g x' + a(tau);  w = W h^2, q = g h;  e = x - c
 //               W, g, c and f gather every spring, drag, wind and constant acceleration of the particle before integration.

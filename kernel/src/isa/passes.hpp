@@ -11,11 +11,11 @@
 #include "dvdx/isa.hpp"
 #include "flow/residual.hpp"
 #include "free/free_kernels.hpp"
+#include "lifecycle/pass/emission.hpp"
+#include "lifecycle/pass/removal.hpp"
 #include "meet/rounds.hpp"
 #include "skin/ball.hpp"
 #include "springs/network.hpp"
-#include "lifecycle/pass/emission.hpp"
-#include "lifecycle/pass/removal.hpp"
 
 namespace dvdx {
 

@@ -7,6 +7,8 @@
 #include "flow/residual_reference.hpp"
 #include "free/block_loop_reference.hpp"
 #include "isa/passes.hpp"
+#include "lifecycle/pass/emission_reference.hpp"
+#include "lifecycle/pass/removal_reference.hpp"
 #include "meet/impacts_reference.hpp"
 #include "meet/near_reference.hpp"
 #include "meet/rounds_reference.hpp"
@@ -18,8 +20,6 @@
 #include "springs/sweep/row_phases_reference.hpp"
 #include "springs/sweep/sequential_reference.hpp"
 #include "springs/sweep/spring_lines_reference.hpp"
-#include "lifecycle/pass/emission_reference.hpp"
-#include "lifecycle/pass/removal_reference.hpp"
 
 namespace dvdx {
 namespace {

@@ -16,11 +16,11 @@
 #include "dvdx/live.hpp"
 #include "flow/terms.hpp"
 #include "isa/passes.hpp"
+#include "lifecycle/pass/fill.hpp"
 #include "math/two_double.hpp"
 #include "motion/driven.hpp"
 #include "motion/pose_track.hpp"
 #include "scene/particle_values.hpp"
-#include "lifecycle/pass/fill.hpp"
 
 namespace dvdx {
 

@@ -8,9 +8,9 @@
 #include <span>
 
 #include "contact/report/contact_recorder.hpp"
-#include "plan/reported_step.hpp"
 #include "lifecycle/lifecycle.hpp"
 #include "lifecycle/live_columns.hpp"
+#include "plan/reported_step.hpp"
 
 namespace dvdx {
 

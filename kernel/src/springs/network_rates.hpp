@@ -8,8 +8,8 @@
 #include <vector>
 
 #include "dvdx/scene.hpp"
-#include "springs/grid_rates.hpp"
 #include "springs/frequencies.hpp"
+#include "springs/grid_rates.hpp"
 #include "springs/list_rates.hpp"
 #include "topology/particle_order.hpp"
 

@@ -4,9 +4,9 @@
 #include <array>
 
 #include "flow/rate.inl.hpp"
+#include "lifecycle/pass/emission.hpp"
 #include "simd/lanes.hpp"
 #include "simd/three.inl.hpp"
-#include "lifecycle/pass/emission.hpp"
 
 namespace dvdx {
 namespace {

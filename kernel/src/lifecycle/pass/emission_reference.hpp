@@ -5,8 +5,8 @@
 #include <cmath>
 
 #include "dvdx/counter_random.hpp"
-#include "math/elementary.hpp"
 #include "lifecycle/pass/emission.hpp"
+#include "math/elementary.hpp"
 
 namespace dvdx::reference {
 

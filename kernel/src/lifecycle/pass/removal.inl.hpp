@@ -8,8 +8,8 @@
 #include <cstring>
 #include <type_traits>
 
-#include "simd/lanes.hpp"
 #include "lifecycle/pass/removal.hpp"
+#include "simd/lanes.hpp"
 
 namespace dvdx {
 namespace {
