@@ -1,4 +1,4 @@
-// Sheets: a hundred of them, and what a moving world costs.
+// Sheets: a hundred of them, a moving world's cost, and the air's.
 #include <array>
 #include <cstdio>
 #include <cstdlib>

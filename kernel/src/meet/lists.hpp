@@ -1,4 +1,4 @@
-// Lists of pairs within reach: cells on a torus, and every pair once.
+// Lists of pairs within reach: cells on a torus, and every pair once. When they are made anew: meet/meet_step.hpp.
 #pragma once
 
 #include <array>

@@ -1,3 +1,4 @@
+// Pins, releases, tears, masses, stiffness: refusals, and the edit of the scene.
 #include "plan/changes.hpp"
 
 #include <algorithm>
@@ -121,13 +122,13 @@ void MassChange::apply(Scene& scene, std::size_t count) const {
   scene.mass.set(particle, mass);
 }
 
-std::optional<Error> Fixing::refusal(const Scene& scene, std::optional<std::size_t> count) const {
+std::optional<Error> PinChange::refusal(const Scene& scene, std::optional<std::size_t> count) const {
   if (is_fixed(scene, particle) || is_kinematic(scene, particle)) {
     return Error{"particle", std::to_string(particle), "one that is neither fixed nor kinematic"};
   }
   return refusal_of_particle(particle, count);
 }
-void Fixing::apply(Scene& scene, std::size_t /*count*/) const {
+void PinChange::apply(Scene& scene, std::size_t /*count*/) const {
   scene.fixed.insert(std::lower_bound(scene.fixed.begin(), scene.fixed.end(), particle), particle);
 }
 

@@ -1,4 +1,5 @@
-// A state is carried elsewhere by a rigid motion of the world, with all that its next step depends on.
+// A state is carried elsewhere by a rigid motion of the world, with all that its next step depends on. Pins and bodies that
+// jump by themselves: Arrival::jump, plan/instance.cpp.
 #include <algorithm>
 #include <array>
 #include <cmath>

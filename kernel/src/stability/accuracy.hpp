@@ -1,4 +1,5 @@
 // Accuracy of a scene's steps: whether they are exact, and with which power of the step their error goes where they are not.
+// How large the error of sweeps is: stability/sweep_error.hpp.
 #pragma once
 
 #include <cstddef>

@@ -1,4 +1,5 @@
-// The halo that a part of a larger scene tells the others, where it does nothing else meanwhile.
+// Sends the halo of a part of a larger scene, where it does nothing else meanwhile. Who sends what: dvdx/partition.hpp, found by
+// topology/halo_lists.cpp.
 #pragma once
 
 #include <array>

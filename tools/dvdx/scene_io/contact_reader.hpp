@@ -1,4 +1,4 @@
-// Contacts.
+// Contacts: keys that are no plain fields. The fields stand in dvdx/fields.hpp, and are read by scene_io/described.hpp.
 #pragma once
 
 #include "scene_io/fields.hpp"

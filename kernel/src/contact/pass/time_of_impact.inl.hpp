@@ -1,4 +1,4 @@
-// The time of impact, wide. The scalar twin: time_of_impact_reference.hpp.
+// The time of impact, wide. The scalar twin: time_of_impact_reference.hpp. Surfaces that move: moving.inl.hpp turns the path.
 #pragma once
 
 #include <cstddef>

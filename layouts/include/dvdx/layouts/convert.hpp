@@ -1,4 +1,4 @@
-// From one layout to another.
+// From one layout to another, particle by particle. A step copies by a wide pass: flow/layout.hpp in kernel/src.
 #pragma once
 
 #include <algorithm>
