@@ -359,9 +359,20 @@ Surface<T> FreeMotion<T>::surface_of(std::size_t index, std::size_t part, const 
   if (shapes_[index] != nullptr) set_memory(surface, *shapes_[index], scene_.origin.at(0));
   if (flows_per_substep_ == 0) return surface;
   surface.flows_per_substep = static_cast<T>(flows_per_substep_);
-  if (surface.shape == Shape::sphere && surface.side > 0) surface.falls_away = surface.half_curvature;
-  if (const auto* capsule = std::get_if<Capsule>(&contact)) {
-    surface.falls_away = static_cast<T>(0.5 / (std::min(capsule->radius[0], capsule->radius[1]) + capsule->thickness));
+  switch (surface.shape) {
+    case Shape::sphere:
+      if (surface.side > 0) surface.falls_away = surface.half_curvature;
+      break;
+    case Shape::capsule: {
+      const auto& capsule = *std::get_if<Capsule>(&contact);
+      surface.falls_away = static_cast<T>(0.5 / (std::min(capsule.radius[0], capsule.radius[1]) + capsule.thickness));
+      break;
+    }
+    case Shape::plane:  // what slides on these goes straight, or along cells
+    case Shape::box:
+    case Shape::convex:
+    case Shape::mesh:
+      break;
   }
   return surface;
 }

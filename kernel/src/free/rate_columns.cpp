@@ -117,13 +117,22 @@ class Maker {
         continue;
       }
       for (std::size_t j = 0; j < range.n; ++j) {
-        if (source.kind == Source::Kind::constant) {
-          put_gain(k, range, j, {.v = group_.S[j], .x = group_.X[j]});
-        } else if (source.kind == Source::Kind::wind) {
-          const double g = system_.rate(source.force, range.axis, range.first + j).g;
-          put_gain(k, range, j, {.v = g * group_.S[j], .x = g * group_.X[j]});
-        } else if (source.kind == Source::Kind::monomial) {
-          put_gain(k, range, j, combined_monomial(source.power, group_.W[j], group_.g[j], h_));
+        switch (source.kind) {
+          case Source::Kind::constant:
+            put_gain(k, range, j, {.v = group_.S[j], .x = group_.X[j]});
+            break;
+          case Source::Kind::wind: {
+            const double g = system_.rate(source.force, range.axis, range.first + j).g;
+            put_gain(k, range, j, {.v = g * group_.S[j], .x = g * group_.X[j]});
+            break;
+          }
+          case Source::Kind::monomial:
+            put_gain(k, range, j, combined_monomial(source.power, group_.W[j], group_.g[j], h_));
+            break;
+          case Source::Kind::sine:
+          case Source::Kind::cosine:   // written with its sine
+          case Source::Kind::anchors:  // of springs that stand alone
+            break;
         }
       }
     }

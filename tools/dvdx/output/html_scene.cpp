@@ -11,6 +11,7 @@
 
 #include "output/radii.hpp"
 #include "scene_io/names.hpp"
+#include "scene_io/particle_values.hpp"
 #include "scene_io/scene_file.hpp"
 
 namespace dvdx::tool {
@@ -71,12 +72,6 @@ Json json_of(const Grid& grid, const Numbering& numbering) {
           {"columns", grid.columns},
           {"count", grid.rows * grid.columns},
           {"sides", {side(grid.edge_u, grid.columns), side(grid.edge_v, grid.rows)}}};
-}
-
-std::optional<Anchor> anchor_of(const Force& force) {
-  if (const auto* spring = std::get_if<Spring>(&force)) return spring->anchor;
-  if (const auto* spring = std::get_if<RadialSpring>(&force)) return spring->anchor;
-  return std::nullopt;
 }
 
 // One spring's anchors: a point for all particles, one each, or "start".

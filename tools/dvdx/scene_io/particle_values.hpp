@@ -5,6 +5,7 @@
 #include <limits>
 #include <optional>
 #include <string>
+#include <variant>
 #include <vector>
 
 #include "scene_io/fields.hpp"
@@ -53,6 +54,15 @@ struct Room {
 // The particles of numbers, each once: those that are left out are passed over.
 [[nodiscard]] std::vector<std::size_t> particles_of(const std::vector<std::size_t>& numbers, const Population& population);
 [[nodiscard]] std::vector<std::size_t> read_ids(const Node& node, const Population& population);  // numbers, each once
+
+// What a force pulls to; null: it has no anchor.
+[[nodiscard]] inline const Anchor* anchor_of(const Force& force) noexcept {
+  const auto find = [](const auto& f) -> const Anchor* {
+    if constexpr (requires { f.anchor; }) return &f.anchor;
+    return nullptr;
+  };
+  return std::visit(find, force);
+}
 
 // Every particle's own vector.
 [[nodiscard]] std::vector<Vec3> each_of(const Vectors& vectors, std::size_t count);

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "dvdx/layouts/convert.hpp"
+#include "scene_io/particle_values.hpp"
 #include "state/refusal.hpp"
 
 namespace dvdx::tool {
@@ -29,9 +30,7 @@ Vec3 whole(const Vec3& x) { return {std::round(x[0]), std::round(x[1]), std::rou
 // The anchor of the first spring; nothing where none holds the particle, or holds it where it starts.
 std::optional<Vec3> anchor_of(const Scene& scene, std::size_t particle) {
   for (const Force& force : scene.forces) {
-    const Anchor* anchor = nullptr;
-    if (const auto* spring = std::get_if<Spring>(&force)) anchor = &spring->anchor;
-    if (const auto* spring = std::get_if<RadialSpring>(&force)) anchor = &spring->anchor;
+    const Anchor* const anchor = anchor_of(force);
     if (anchor == nullptr) continue;
     if (const auto* all = std::get_if<Vec3>(anchor)) return *all;
     if (const auto* each = std::get_if<std::vector<Vec3>>(anchor)) return (*each)[particle];

@@ -10,9 +10,11 @@ namespace {
 // Bodies that particles are kept outside of: the straight line between two that are outside may go through one.
 bool can_poke(const Contact& contact) {
   if (std::holds_alternative<Plane>(contact)) return false;
-  if (const auto* const sphere = std::get_if<Sphere>(&contact)) return sphere->side == Side::outside;
-  if (const auto* const box = std::get_if<OrientedBox>(&contact)) return box->side == Side::outside;
-  return true;
+  const auto is_outside = [](const auto& body) {
+    if constexpr (requires { body.side; }) return body.side == Side::outside;
+    return true;
+  };
+  return std::visit(is_outside, contact);
 }
 
 // The surfaces themselves, without what keeps particles off them.

@@ -122,18 +122,30 @@ class Reach {
   // The half sizes of the box about it that has the world's axes.
   [[nodiscard]] static std::array<double, 3> extents_of(const Surface<T>& surface) noexcept {
     const Solid<T>& solid = surface.solid;
-    std::array<double, 3> extents{double{surface.radius}, double{surface.radius}, double{surface.radius}};
-    if (surface.shape == Shape::capsule) {
-      const double end = double{solid.middle_radius} + size_of(double{solid.slope}) * double{solid.half_length};
-      for (std::size_t k = 0; k < 3; ++k) extents[k] = end + size_of(double{solid.axes[0][k]}) * double{solid.half_length};
-    } else if (surface.shape == Shape::box || surface.shape == Shape::mesh) {
-      // Distances between the nodes of a grid may be off by its cells.
-      const double more = surface.shape == Shape::mesh ? 2 * double{solid.cell} : double{solid.thickness};
+    std::array<double, 3> extents{};
+    const auto about_box = [&](double more) {
       for (std::size_t k = 0; k < 3; ++k) {
         extents[k] = more;
         for (std::size_t j = 0; j < 3; ++j) extents[k] += size_of(double{solid.axes[j][k]}) * double{solid.half_extents[j]};
       }
+      return extents;
+    };
+    switch (surface.shape) {
+      case Shape::capsule: {
+        const double end = double{solid.middle_radius} + size_of(double{solid.slope}) * double{solid.half_length};
+        for (std::size_t k = 0; k < 3; ++k) extents[k] = end + size_of(double{solid.axes[0][k]}) * double{solid.half_length};
+        return extents;
+      }
+      case Shape::box:
+        return about_box(double{solid.thickness});
+      case Shape::mesh:  // distances between the nodes of a grid may be off by its cells
+        return about_box(2 * double{solid.cell});
+      case Shape::plane:  // which has no box
+      case Shape::sphere:
+      case Shape::convex:
+        break;
     }
+    extents.fill(double{surface.radius});
     return extents;
   }
   [[nodiscard]] double widening(const Surface<T>& surface) const noexcept {

@@ -226,9 +226,18 @@ template <class V, Arithmetic arithmetic>
 
 template <class V, Arithmetic arithmetic>
 Touch<V> touch_solid(const Surface<Scalar<V>>& surface, const Three<V>& x) noexcept {
-  if (surface.shape == Shape::capsule) return touch_capsule<V, arithmetic>(surface, x);
-  if (surface.shape == Shape::box) return touch_box<V, arithmetic>(surface, x);
-  if (surface.shape == Shape::mesh) return touch_mesh<V, arithmetic>(surface, x);
+  switch (surface.shape) {
+    case Shape::capsule:
+      return touch_capsule<V, arithmetic>(surface, x);
+    case Shape::box:
+      return touch_box<V, arithmetic>(surface, x);
+    case Shape::mesh:
+      return touch_mesh<V, arithmetic>(surface, x);
+    case Shape::convex:
+    case Shape::plane:  // these two are no bodies
+    case Shape::sphere:
+      break;
+  }
   return touch_convex<V, arithmetic>(surface, x);
 }
 

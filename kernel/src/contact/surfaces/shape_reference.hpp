@@ -197,9 +197,18 @@ Touch<T> touch_mesh(const Surface<T>& surface, const Vector<T>& x) noexcept {
 
 template <Arithmetic arithmetic, class T>
 Touch<T> touch_solid(const Surface<T>& surface, const Vector<T>& x) noexcept {
-  if (surface.shape == Shape::capsule) return touch_capsule<arithmetic>(surface, x);
-  if (surface.shape == Shape::box) return touch_box<arithmetic>(surface, x);
-  if (surface.shape == Shape::mesh) return touch_mesh<arithmetic>(surface, x);
+  switch (surface.shape) {
+    case Shape::capsule:
+      return touch_capsule<arithmetic>(surface, x);
+    case Shape::box:
+      return touch_box<arithmetic>(surface, x);
+    case Shape::mesh:
+      return touch_mesh<arithmetic>(surface, x);
+    case Shape::convex:
+    case Shape::plane:  // these two are no bodies
+    case Shape::sphere:
+      break;
+  }
   return touch_convex<arithmetic>(surface, x);
 }
 

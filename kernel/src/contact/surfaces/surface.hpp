@@ -92,8 +92,7 @@
 
 namespace dvdx {
 
-// Most of what depends on it is a switch that names every shape, in all builds by -Werror=switch; docs/design.md lists what is
-// not.
+// Switches that depend on it name every shape, in all builds by -Werror=switch; docs/design.md lists what the compiler cannot see.
 enum class Shape : std::uint8_t { plane, sphere, capsule, box, convex, mesh };
 
 enum class Movement : std::uint8_t { rest, shifts, turns };
