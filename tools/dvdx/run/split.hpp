@@ -13,6 +13,7 @@
 #include "dvdx/plan.hpp"
 #include "dvdx/ranks.hpp"
 #include "files/byte_stream.hpp"
+#include "ranks/halo_exchange.hpp"
 #include "ranks/meetings_exchange.hpp"
 #include "ranks/range_exchange.hpp"
 #include "scene_io/scene_file.hpp"
@@ -20,42 +21,6 @@
 #include "state/state_memory.hpp"
 
 namespace dvdx::tool {
-
-// Tells the particles of a halo, between the pulses of a step.
-class HaloExchange {
- public:
-  HaloExchange(Ranks& ranks, const Part& part);
-  HaloExchange(const HaloExchange&) = delete;
-  HaloExchange& operator=(const HaloExchange&) = delete;
-
-  // Valid as long as this.
-  [[nodiscard]] Exchange exchange() noexcept {
-    return {.context = this,
-            .start = start,
-            .finish = finish,
-            .is_told = part_.is_told.data(),
-            .is_own = part_.is_own.data(),
-            .pulses_per_telling = part_.pulses_per_telling};
-  }
-  // s: that others were waited for.
-  [[nodiscard]] double waited_seconds() const noexcept { return waited_seconds_; }
-
- private:
-  static void start(void* context, const HaloColumns& columns) noexcept;
-  static void finish(void* context, const HaloColumns& columns) noexcept;
-  template <class A>
-  void send(const HaloColumns& columns) noexcept;
-  template <class A>
-  void receive(const HaloColumns& columns) noexcept;
-
-  struct Buffers {
-    std::vector<double> sent, received;  // room for three numbers a particle in either precision
-  };
-  Ranks& ranks_;
-  const Part& part_;
-  std::vector<Buffers> buffers_;
-  double waited_seconds_ = 0;
-};
 
 // The kinds of numbers that a plan carries.
 struct CarriedShape {
