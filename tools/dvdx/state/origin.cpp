@@ -28,7 +28,7 @@ bool is_worth(const Vec3& reach, const Vec3& middle) {
 Vec3 whole(const Vec3& x) { return {std::round(x[0]), std::round(x[1]), std::round(x[2])}; }
 
 // The anchor of the first spring; nothing where none holds the particle, or holds it where it starts.
-std::optional<Vec3> anchor_of(const Scene& scene, std::size_t particle) {
+std::optional<Vec3> first_anchor(const Scene& scene, std::size_t particle) {
   for (const Force& force : scene.forces) {
     const Anchor* const anchor = anchor_of(force);
     if (anchor == nullptr) continue;
@@ -63,7 +63,7 @@ struct StartBox {
 Origin origin_each(const SceneFile& file, Ranks& ranks) {
   std::vector<Vec3> each(file.particles.count);
   for (std::size_t i = 0; i < each.size(); ++i) {
-    const Vec3 near = anchor_of(file.scene, i).value_or(value_of(file.particles.position, i));
+    const Vec3 near = first_anchor(file.scene, i).value_or(value_of(file.particles.position, i));
     if (size_of(near) >= home) each[i] = whole(near);
   }
   StartBox box;
