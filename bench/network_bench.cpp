@@ -1,6 +1,6 @@
 // The network pass: a hanging sheet with shear, as a grid and as a list of springs, by pulses and by sweeps. An item is a
-// spring in a sub-step, whatever the sub-step does with it: flows, one pulse or a forward and a backward sweep. A call has twenty
-// sub-steps, or those of a game's frame.
+// spring in a sub-step, whatever the sub-step does with it: flows, one pulse or a forward and a backward sweep. A call has
+// twenty sub-steps, or those of a game's frame.
 #include <benchmark/benchmark.h>
 
 #include <algorithm>

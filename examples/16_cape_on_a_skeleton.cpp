@@ -1,5 +1,6 @@
-// A cape of a triangle mesh on a skeleton of the program's own, for fifty characters on two threads: animated pins, six capsules, wind,
-// frame times that vary, a character that is carried elsewhere. The engine's own is above the line, dvdx's below.
+// A cape of a triangle mesh on a skeleton of the program's own, for fifty characters on two threads: animated pins, six
+// capsules, wind, frame times that vary, a character that is carried elsewhere. The engine's own is above the line, dvdx's
+// below.
 #include <algorithm>
 #include <array>
 #include <cmath>

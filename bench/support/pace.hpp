@@ -3,8 +3,8 @@
 
 namespace dvdx::bench {
 
-// Timed: each is repeated until its figure holds. Quick: each runs once and is compared, and batches that only a figure needs as
-// large are smaller.
+// Timed: each is repeated until its figure holds. Quick: each runs once and is compared, and batches that only a figure needs
+// as large are smaller.
 enum class Pace { timed, quick };
 
 }  // namespace dvdx::bench

@@ -21,7 +21,8 @@ using test::Batch;
 using test::Joined;
 using test::Layout;
 
-// Sweeps that carry on what the springs did, of a grid and of lists: in colours, and as a sheet whose particles have any numbers.
+// Sweeps that carry on what the springs did, of a grid and of lists: in colours, and as a sheet whose particles have any
+// numbers.
 std::vector<Joined> sweeps() {
   std::vector<Joined> scenes;
   Joined grid = test::sheet(9, 14, 50, 0.001);

@@ -1,4 +1,5 @@
-// Instances: a state with all that belongs to it has the bits of a plan of its own, and is carried, driven and stepped by itself.
+// Instances: a state with all that belongs to it has the bits of a plan of its own, and is carried, driven and stepped by
+// itself.
 #include "dvdx/instance.hpp"
 
 #include <doctest/doctest.h>

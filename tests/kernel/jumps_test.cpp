@@ -148,8 +148,8 @@ TEST_CASE("jumps: a call of no steps puts pins where they have jumped to") {
   }
 }
 
-// A ball that rests at x = -4 m until `jump` and is at 4 m from then on, where it goes on at 10 m/s: a stone at 0 is not swept, one at
-// 4.75 m is pushed. The first particle is carried.
+// A ball that rests at x = -4 m until `jump` and is at 4 m from then on, where it goes on at 10 m/s: a stone at 0 is not swept,
+// one at 4.75 m is pushed. The first particle is carried.
 TEST_CASE("jumps: to a key that jumps nothing is swept, within a step or at its end, and what follows goes on from there") {
   for (const double jump : {0.1, 0.137}) {
     for (const Arrival arrival : {Arrival::moving, Arrival::jump}) {

@@ -125,7 +125,8 @@ TEST_CASE("check: torn springs do not count, those torn later neither, in grids 
   }
 }
 
-// Two particles 3 m apart by a spring of 1 m and a rod of 2 m, which weigh 2 and 4 kg, at 1 and 2 m/s, the first at a height of 5 m.
+// Two particles 3 m apart by a spring of 1 m and a rod of 2 m, which weigh 2 and 4 kg, at 1 and 2 m/s, the first at a height of
+// 5 m.
 struct Two {
   Scene scene;
   Batch<double> batch{Layout::soa, 2};

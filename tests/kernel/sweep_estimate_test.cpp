@@ -1,5 +1,5 @@
-// The part that sweeps leave unsolved, as a plan estimates it, against where nets come to rest; the sub-steps that follow from it, and the
-// scheme of a scene that leaves it open.
+// The part that sweeps leave unsolved, as a plan estimates it, against where nets come to rest; the sub-steps that follow from
+// it, and the scheme of a scene that leaves it open.
 #include <doctest/doctest.h>
 
 #include <algorithm>

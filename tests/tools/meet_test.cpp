@@ -249,7 +249,8 @@ TEST_CASE("run counts where edges of cloth go through its triangles, and warns o
 
 TEST_CASE("the shipped cradle swings on: one ball comes, and one leaves at the other end") {
   const ScratchFolder folder("meet-cradle");
-  // The first ball has come down at a quarter of its period, 0.29 s at 45 degrees, and half a period after it the last one does.
+  // The first ball has come down at a quarter of its period, 0.29 s at 45 degrees, and half a period after it the last one
+  // does.
   const auto result = run(folder, "run '" + dvdx::test::scenes() + "/cradle.json' --json --duration 0.5 --out end.csv");
   REQUIRE(result.exit == 0);
   const json report = json::parse(result.out);

@@ -15,7 +15,8 @@
 
 namespace ranks::files_test {
 
-// The list's numbers are scattered over its ranks, and no rank shows what it steps. Drops begin with fewer than there are ranks.
+// The list's numbers are scattered over its ranks, and no rank shows what it steps. Drops begin with fewer than there are
+// ranks.
 TEST_CASE("ranks: every file has the bytes of one rank's" * doctest::skip(has_no_mpi)) {
   const MixedFolder folder("files");
   folder.write("list.json", list());

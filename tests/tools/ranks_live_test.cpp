@@ -104,8 +104,8 @@ TEST_CASE("ranks: no rank holds all particles that come and go" * doctest::skip(
   }
 }
 
-// Held whole, places would take 24 bytes a particle and faces 64, and both twice while they are read. A rank holds an eighth of the
-// rows and those that its own wait for, and a plan's columns for these.
+// Held whole, places would take 24 bytes a particle and faces 64, and both twice while they are read. A rank holds an eighth of
+// the rows and those that its own wait for, and a plan's columns for these.
 TEST_CASE("ranks: no rank holds a sheet whole" * doctest::skip(has_no_mpi)) {
   const ScratchFolder folder("ranks-sheet-memory");
   constexpr std::size_t rows = 512, columns = 512;

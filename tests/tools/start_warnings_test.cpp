@@ -1,4 +1,5 @@
-// A run says when it begins that particles stand inside a surface, that numbers are likely in other units, and that it takes long.
+// A run says when it begins that particles stand inside a surface, that numbers are likely in other units, and that it takes
+// long.
 #include <doctest/doctest.h>
 
 #include <cmath>

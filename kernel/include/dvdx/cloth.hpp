@@ -25,7 +25,8 @@ struct Cloth {
   double damping = 0;  // kg/s >= 0, along each spring
   std::optional<Aerodynamics> air{};
 };
-// Springs of a mesh of triangles, whose rest lengths are the distances when the plan is compiled. Their triangles meet narrow bodies.
+// Springs of a mesh of triangles, whose rest lengths are the distances when the plan is compiled. Their triangles meet narrow
+// bodies.
 [[nodiscard]] DVDX_EXPORT Springs springs_of(std::span<const Triangle> triangles, const Cloth& cloth);
 
 // to = (1 - t) before + t after, places and velocities, for drawing between two steps: all of the same count, in any layout.

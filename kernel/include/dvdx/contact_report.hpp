@@ -10,8 +10,8 @@
 
 namespace dvdx {
 
-// All that particles have done to one contact's surface: by impacts, by resting on it, and where they were put back outside. Pulses
-// of a body on faces of cloth (Scene::faces) count as well; events are those of particles alone.
+// All that particles have done to one contact's surface: by impacts, by resting on it, and where they were put back outside.
+// Pulses of a body on faces of cloth (Scene::faces) count as well; events are those of particles alone.
 struct ContactSum {
   std::uint64_t hits = 0;  // impacts; of a face one in each sub-step in which it comes in
   Vec3 impulse{};          // N s, on the surface

@@ -26,9 +26,9 @@ struct Exchange {
   void* context = nullptr;
   // Begins to tell what others hold of this part, while the step works out the rest of the same columns; and puts in place what
   // others tell. One after the other, once a pulse, and once more for each of its passes over springs that damp; by
-  // `sequential` once a sub-step, after the sweeps of a sheet or of a list that is swept as one, and of others after each colour
-  // of a sweep (SweptPart); by `accumulate` twice a sub-step, what the pairs add to x and to v. They allocate nothing. Null, both:
-  // no part.
+  // `sequential` once a sub-step, after the sweeps of a sheet or of a list that is swept as one, and of others after each
+  // colour of a sweep (SweptPart); by `accumulate` twice a sub-step, what the pairs add to x and to v. They allocate nothing.
+  // Null, both: no part.
   void (*start)(void* context, const HaloColumns& columns) noexcept = nullptr;
   void (*finish)(void* context, const HaloColumns& columns) noexcept = nullptr;
   // For each particle, 0 where no other part holds it. Null: any may be held, and all is worked out before it is told.

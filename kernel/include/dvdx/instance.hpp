@@ -1,5 +1,5 @@
-// A state with all that belongs to it: what drives it, its wind, its frame time, what its springs carry on. The compiled scene is
-// shared with its plan and with the plan's other instances: fifty characters are one plan and fifty of these.
+// A state with all that belongs to it: what drives it, its wind, its frame time, what its springs carry on. The compiled scene
+// is shared with its plan and with the plan's other instances: fifty characters are one plan and fifty of these.
 //
 //   const PinsId shoulders = add_pins(scene, shoulder_ids);
 //   const MotionId arm = add_body(scene, Capsule{.ends = {a, b}, .radius = {0.06, 0.06}});
@@ -27,8 +27,8 @@ namespace dvdx {
 template <class T>
 struct InstancesStep;  // private to the library
 
-// Made by Plan::instance(). Any number of threads may step different instances at once; one at a time steps, moves or changes one. The
-// state's columns are the program's, and must stay where they are. A mistake is an error, and changes nothing.
+// Made by Plan::instance(). Any number of threads may step different instances at once; one at a time steps, moves or changes
+// one. The state's columns are the program's, and must stay where they are. A mistake is an error, and changes nothing.
 template <class T>
 class DVDX_EXPORT Instance {
  public:
@@ -41,12 +41,12 @@ class DVDX_EXPORT Instance {
 
   // The view that it was made of, with its clock.
   [[nodiscard]] const State<T>& state() const noexcept;
-  // The plan of this state alone: what is changed there (forces, contacts, what is fixed or torn) changes this instance and no other.
-  // Things are driven by move(), not there.
+  // The plan of this state alone: what is changed there (forces, contacts, what is fixed or torn) changes this instance and no
+  // other. Things are driven by move(), not there.
   [[nodiscard]] Plan<T>& plan() noexcept;
 
-  // "Be there at the end of the next step", or of the next advance(): see Plan::set_pose. They take memory at the first call of each.
-  // By Arrival::jump it is there at once, at rest, and nothing between is swept.
+  // "Be there at the end of the next step", or of the next advance(): see Plan::set_pose. They take memory at the first call of
+  // each. By Arrival::jump it is there at once, at rest, and nothing between is swept.
   [[nodiscard]] Expected<void> move(MotionId motion, const Pose& pose, Arrival arrival = Arrival::moving);
   [[nodiscard]] Expected<void> move(MotionId motion, const Matrix34& matrix, Arrival arrival = Arrival::moving);
   // m, in the world, one for each particle.
@@ -57,20 +57,20 @@ class DVDX_EXPORT Instance {
   // The air of this state alone, from the next step on.
   [[nodiscard]] Expected<void> set_wind(const Wind& wind);
 
-  // One step of h (s): the frame time. A step of the length of the last one takes no memory and locks nothing; one of a length that an
-  // instance of this plan has lately taken is looked up, and another one is made as Plan::set_step() makes it, for all of them. With
-  // Coupling::most_substeps it may be cut: step_size() tells.
+  // One step of h (s): the frame time. A step of the length of the last one takes no memory and locks nothing; one of a length
+  // that an instance of this plan has lately taken is looked up, and another one is made as Plan::set_step() makes it, for all
+  // of them. With Coupling::most_substeps it may be cut: step_size() tells.
   [[nodiscard]] Expected<void> step(double h, const ParallelFor& parallel = {});
-  // Whole steps of the size that it has, as many as fit into what has passed, at most `most` (further time is left out): how many.
-  // Things that are moved go evenly through the frame; the first time they are there with the first step. Takes memory at the first call.
-  // frame_time: s, >= 0; the step > 0.
+  // Whole steps of the size that it has, as many as fit into what has passed, at most `most` (further time is left out): how
+  // many. Things that are moved go evenly through the frame; the first time they are there with the first step. Takes memory at
+  // the first call. frame_time: s, >= 0; the step > 0.
   [[nodiscard]] Expected<std::size_t> advance(double frame_time, std::size_t most = 8, const ParallelFor& parallel = {});
-  // The particles at the time that has passed, between the last two steps of advance(): for drawing, so much later as a step is long.
-  // to: of the same count.
+  // The particles at the time that has passed, between the last two steps of advance(): for drawing, so much later as a step is
+  // long. to: of the same count.
   [[nodiscard]] Expected<void> blend(State<T>& to) const;
 
-  // As Plan::teleport(): particles, pins, bodies, skins and what is to be reached are carried along. At once after it was made this
-  // takes a character from where it was compiled to where it stands.
+  // As Plan::teleport(): particles, pins, bodies, skins and what is to be reached are carried along. At once after it was made
+  // this takes a character from where it was compiled to where it stands.
   [[nodiscard]] Expected<void> teleport(const Pose& by);
   [[nodiscard]] StateCheck check() const noexcept;
   [[nodiscard]] double step_size() const noexcept;  // s

@@ -101,9 +101,9 @@ class DVDX_EXPORT LifecyclePlan {
   StepResult remove(LiveState<T>& live, const ParallelFor& parallel = {}) const noexcept;
   StepResult remove(LiveState<T>& live, LiveWorkspace<T>& workspace, const ParallelFor& parallel = {}) const noexcept;
 
-  // So many births of emitters[index] at once, at the state's time and behind all that live, whatever its rate is; those that find no
-  // room are dropped. Their numbers are others than those of births by time. A state may also be given particles by hand: fill the
-  // columns behind state.count, ages and lifetimes too, and raise it.
+  // So many births of emitters[index] at once, at the state's time and behind all that live, whatever its rate is; those that
+  // find no room are dropped. Their numbers are others than those of births by time. A state may also be given particles by
+  // hand: fill the columns behind state.count, ages and lifetimes too, and raise it.
   [[nodiscard]] Expected<void> burst(LiveState<T>& live, std::size_t index, std::size_t births) const;
   [[nodiscard]] Expected<void> burst(LiveState<T>& live, LiveWorkspace<T>& workspace, std::size_t index,
                                      std::size_t births) const;
@@ -113,9 +113,9 @@ class DVDX_EXPORT LifecyclePlan {
   [[nodiscard]] LifecyclePlan clone() const;
   [[nodiscard]] LiveWorkspace<T> workspace() const;
 
-  // "Be there at the end of the next step": see Plan::set_pose. Contacts that follow the motion meet particles as a Plan's do, and
-  // emitters that follow it make their births on the way. A step is one flow: a body should not turn by more than half a radian
-  // in it.
+  // "Be there at the end of the next step": see Plan::set_pose. Contacts that follow the motion meet particles as a Plan's do,
+  // and emitters that follow it make their births on the way. A step is one flow: a body should not turn by more than half a
+  // radian in it.
   [[nodiscard]] Expected<void> set_pose(std::size_t motion, const Pose& target, Arrival arrival = Arrival::moving);
 
   [[nodiscard]] Expected<void> set_pose(MotionId motion, const Pose& target, Arrival arrival = Arrival::moving) {
@@ -130,9 +130,9 @@ class DVDX_EXPORT LifecyclePlan {
   [[nodiscard]] Expected<void> set_contact(std::size_t index, const Contact& contact);
   // As Plan's, though nothing meets the air here.
   [[nodiscard]] Expected<void> set_wind(const Wind& wind);
-  // emitters[index] becomes `emitter` from the next step on: moved, aimed elsewhere, with another rate; a rate of 0 switches it off. Which
-  // births the step has is told by its own start and rate, as if it had always been so: where its rate was higher before, numbers that
-  // were drawn come again, unless its seed is another one.
+  // emitters[index] becomes `emitter` from the next step on: moved, aimed elsewhere, with another rate; a rate of 0 switches it
+  // off. Which births the step has is told by its own start and rate, as if it had always been so: where its rate was higher
+  // before, numbers that were drawn come again, unless its seed is another one.
   [[nodiscard]] Expected<void> set_emitter(std::size_t index, const Emitter& emitter);
 
   // By what add_force() and its like have returned.

@@ -121,10 +121,11 @@ struct Coupling {
   // does not make the next one later: compile() refuses a step that needs more, and Plan::set_step() takes a shorter one. A
   // chain of rods cuts each sub-step further, into 1024 parts at most.
   std::optional<int> most_substeps{};
-  // s > 0, of networks by sequential without substeps: none is longer, and where steps vary they are so much shorter that springs
-  // are as stiff. None: the longest with which nets are estimated to hang and swing within 1 % of their side. compile() writes it
-  // into Plan::scene(), and changes keep it, whatever then hangs there: nets whose softness changed with their load would be
-  // pumped by it, and no change looks at the whole net. explain() estimates anew; so does a plan of a scene without it.
+  // s > 0, of networks by sequential without substeps: none is longer, and where steps vary they are so much shorter that
+  // springs are as stiff. None: the longest with which nets are estimated to hang and swing within 1 % of their side. compile()
+  // writes it into Plan::scene(), and changes keep it, whatever then hangs there: nets whose softness changed with their load
+  // would be pumped by it, and no change looks at the whole net. explain() estimates anew; so does a plan of a scene without
+  // it.
   std::optional<double> longest_substep{};
   // For sequential. None, with symmetric sweeps: generalized alpha, of second order, which has not been seen to give energy to
   // cloth that crumples; none, with forward sweeps: 1. A number, 0.5..1: where in the sub-step the springs act. 0.5 is of
@@ -133,8 +134,9 @@ struct Coupling {
   std::optional<double> theta{};
   SweepOrder sweeps = SweepOrder::symmetric;
   Lines lines = Lines::rows;  // of symmetric sweeps without theta; others have none
-  // For sheets with lines. None: redirected where springs turn under their load by 2 to 14 in a sub-step (SweepEstimate::turning),
-  // as sheets that fall into place would swing on. compile() writes it into Plan::scene(), and changes keep it.
+  // For sheets with lines. None: redirected where springs turn under their load by 2 to 14 in a sub-step
+  // (SweepEstimate::turning), as sheets that fall into place would swing on. compile() writes it into Plan::scene(), and
+  // changes keep it.
   std::optional<LineForces> line_forces{};
   Method method = Method::exact;  // of accumulate; combined: one pulse at the middle, filtered so that an isolated pair
                                   // swings at its own frequency at any stiffness

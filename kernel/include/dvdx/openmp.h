@@ -10,8 +10,8 @@ extern "C" {
 
 typedef struct dvdx_team dvdx_team;
 
-// threads >= 1, the caller of a step among them; 0: as many as OpenMP would take. Null where the number is below 0, or where the
-// system has no more threads or no more memory.
+// threads >= 1, the caller of a step among them; 0: as many as OpenMP would take. Null where the number is below 0, or where
+// the system has no more threads or no more memory.
 DVDX_EXPORT dvdx_team* dvdx_team_create(int threads);
 // Not while a step uses it. A null pointer is fine.
 DVDX_EXPORT void dvdx_team_destroy(dvdx_team* team);

@@ -46,12 +46,12 @@ struct Part {
 // fit in a core's cache.
 [[nodiscard]] DVDX_EXPORT std::uint32_t pulses_per_telling(const Scene& scene, const Grid& sheet, std::uint64_t fewest_rows);
 
-// The rows of a list that `sequential` walks as a sheet, as it walks a grid: three rows or more of at least 16 particles (32 where
-// springs lead two rows or columns); springs that lead where a grid's lead, or across a side of two triangles from corner to
-// corner, no pair joined twice. Particles stand in rows as they are numbered, and more than half of these places are filled; or
-// they are numbered in any order, and springs of each kind that there is are everywhere. The grid has rows, columns, and a bend
-// that is not 0 where springs lead two rows or columns; nothing else in it means anything. None of other scenes. Which particles
-// stand in a row stripes() alone knows.
+// The rows of a list that `sequential` walks as a sheet, as it walks a grid: three rows or more of at least 16 particles (32
+// where springs lead two rows or columns); springs that lead where a grid's lead, or across a side of two triangles from corner
+// to corner, no pair joined twice. Particles stand in rows as they are numbered, and more than half of these places are filled;
+// or they are numbered in any order, and springs of each kind that there is are everywhere. The grid has rows, columns, and a
+// bend that is not 0 where springs lead two rows or columns; nothing else in it means anything. None of other scenes. Which
+// particles stand in a row stripes() alone knows.
 [[nodiscard]] DVDX_EXPORT std::optional<Grid> swept_rows(const Scene& scene, std::size_t count);
 
 // Rows of a sheet that one part must have together: of `sequential` two bands, which its sweeps take one after the other; of
@@ -73,9 +73,9 @@ struct RowsHeld {
 // The springs as pairs of particles, the lesser number first, each pair as often as springs join it: what a graph is cut by.
 [[nodiscard]] DVDX_EXPORT std::vector<Pair> joined(const Scene& scene, std::size_t count);
 
-// owner: of each particle. By `sequential` one that stripes() would not give may be refused: sweeps go through rows_kept_together()
-// rows of a sheet, a part's one after the other; through whole sheets where several are alike; and through whole pieces of other
-// networks.
+// owner: of each particle. By `sequential` one that stripes() would not give may be refused: sweeps go through
+// rows_kept_together() rows of a sheet, a part's one after the other; through whole sheets where several are alike; and through
+// whole pieces of other networks.
 [[nodiscard]] DVDX_EXPORT Expected<Part> part_of(const Scene& scene, std::span<const std::uint32_t> owner, std::uint32_t part);
 
 // The part that stripes() gives to a sheet's rows, made of these rows alone: nothing is as long as the scene. None where the

@@ -49,10 +49,10 @@ enum class Unstable {
 
 struct Options {
   double step = 1.0 / 60;  // s, finite; negative runs time backwards, and a step of 0 changes no bit
-  // s, finite and > 0: steps vary, as frames do. Springs by `sequential` then have the sub-steps of this step: a longer one takes
-  // more of them, and a shorter one is as exact as this one, not more so. None: all steps are alike, until set_step() gives one
-  // of another length; from then on it is the length that the plan was compiled for. A plan for frames that vary is compiled
-  // for the usual frame, one whose step is another for good is compiled anew.
+  // s, finite and > 0: steps vary, as frames do. Springs by `sequential` then have the sub-steps of this step: a longer one
+  // takes more of them, and a shorter one is as exact as this one, not more so. None: all steps are alike, until set_step()
+  // gives one of another length; from then on it is the length that the plan was compiled for. A plan for frames that vary is
+  // compiled for the usual frame, one whose step is another for good is compiled anew.
   std::optional<double> longest_step{};
   std::optional<Isa> isa{};  // the best where none is asked for
   Arithmetic arithmetic = Arithmetic::separate;
@@ -75,7 +75,8 @@ enum class [[nodiscard]] StepResult {
                        // too): nothing was stepped
   in_use,              // another thread steps with this plan's own workspace, or with the one given: nothing was stepped
   workspace_differs,   // the workspace given is moved from, or was made for another scene: other particles, another scheme, other
-                       // things that join or are driven. Other steps and sub-steps, and other numbers, it fits. Nothing was stepped
+                       // things that join or are driven. Other steps and sub-steps, and other numbers, it fits. Nothing was
+                       // stepped
   report_differs,      // the report given is for another number of contacts: nothing was stepped
   time_not_finite,     // the state's clock is infinite or not a number: nothing was stepped
   // The plan has been told, by set_pose and its like, where something goes, and the workspace given neither then nor since:
@@ -88,15 +89,16 @@ enum class [[nodiscard]] StepResult {
 };
 // clang-format on
 
-// How far a net that sweeps step is estimated to be off, of the one that is worst off: sweeps leave springs softer than they are.
-// Made of its springs, masses, of what is held and of the scene's constant accelerations; all 0 where nothing hangs on what is held.
+// How far a net that sweeps step is estimated to be off, of the one that is worst off: sweeps leave springs softer than they
+// are. Made of its springs, masses, of what is held and of the scene's constant accelerations; all 0 where nothing hangs on
+// what is held.
 struct SweepEstimate {
   double side = 0;    // m: from what holds it to what is farthest, along the springs at rest
   double sag = 0;     // m: how far exact springs would stretch under the load
   double rest = 0;    // m: how much too low it hangs
   double motion = 0;  // m: how far a swing is off
-  // Frequency with which a net's springs turn under their load, times the sub-step, where lines are solved. Beyond most_turning a
-  // sheet that falls into place may not come to rest, but swing on at some tenths of a m/s.
+  // Frequency with which a net's springs turn under their load, times the sub-step, where lines are solved. Beyond most_turning
+  // a sheet that falls into place may not come to rest, but swing on at some tenths of a m/s.
   double turning = 0;
   double most_turning = 0;
 };
@@ -131,8 +133,8 @@ struct NetworkLimit {
 struct StateCheck {
   // count_differs and capacity_too_small as a step has them: nothing was looked at. Else done.
   StepResult result = StepResult::done;
-  // The length of the whole spring that is longest of its rest length, as part of that. Springs without stiffness or without rest
-  // length do not count, nor do those whose length is not a number. 0: there is none.
+  // The length of the whole spring that is longest of its rest length, as part of that. Springs without stiffness or without
+  // rest length do not count, nor do those whose length is not a number. 0: there is none.
   double stretch = 0;
   std::size_t network = 0;  // whose it is
   Pair spring{};            // its ends, the lesser number first
@@ -213,8 +215,8 @@ class DVDX_EXPORT Plan {
   [[nodiscard]] Plan clone() const;
   // Working memory for step() below, in which everything driven is where this plan has it; likewise.
   [[nodiscard]] Workspace<T> workspace() const;
-  // A state with all that belongs to it: a workspace, what drives it, its own wind and frame time. Include dvdx/instance.hpp. An
-  // error where a step would refuse the state. Throws std::bad_alloc.
+  // A state with all that belongs to it: a workspace, what drives it, its own wind and frame time. Include dvdx/instance.hpp.
+  // An error where a step would refuse the state. Throws std::bad_alloc.
   [[nodiscard]] Expected<Instance<T>> instance(const State<T>& state) const;
 
   // Moves every particle by `steps` steps, all of them while its block is in cache, and the state's clock with them. A call of
@@ -222,7 +224,8 @@ class DVDX_EXPORT Plan {
   // locks nothing. Denormals are flushed to zero meanwhile, and the caller's floating-point environment is restored.
   StepResult step(State<T>& state, std::size_t steps = 1, const ParallelFor& parallel = {}) const noexcept;
   // The same in a workspace of the caller's, made by this plan or a clone: workspace_differs where a change since then needs
-  // another; driven_elsewhere where set_pose and its like told this plan, and not that workspace, where something goes. The bits do not depend on which workspace it is, but for what one carries on.
+  // another; driven_elsewhere where set_pose and its like told this plan, and not that workspace, where something goes. The
+  // bits do not depend on which workspace it is, but for what one carries on.
   StepResult step(State<T>& state, Workspace<T>& workspace, std::size_t steps = 1,
                   const ParallelFor& parallel = {}) const noexcept;
   // The same, and reports what the scene's contacts do. The bits are those of a step without: what touches a surface is then
@@ -313,7 +316,8 @@ class DVDX_EXPORT Plan {
   // contacts[index] becomes `contact`: its pose and all its numbers. In a plan that was compiled without networks, constraints,
   // skins and followers of a motion it takes none.
   [[nodiscard]] Expected<void> set_contact(std::size_t index, const Contact& contact);
-  // networks[index] becomes `network`, of the same kind, which joins the same particles: all its numbers. Torn springs stay torn.
+  // networks[index] becomes `network`, of the same kind, which joins the same particles: all its numbers. Torn springs stay
+  // torn.
   [[nodiscard]] Expected<void> set_network(std::size_t index, const Network& network);
   [[nodiscard]] Expected<void> set_force(ForceId id, const Force& force) {
     return set_force(static_cast<std::size_t>(id), force);
@@ -339,8 +343,8 @@ class DVDX_EXPORT Plan {
   }
   // Sets the zero_length of networks[index], Springs: N/m, one for all or one a pair. Lengths and stiffness stay.
   [[nodiscard]] Expected<void> set_zero_length(std::size_t index, const Scalars& zero_length);
-  // The same by angles: what add_bending() makes of these (dvdx/bending.hpp) in place of all zero_length that there was. Only of
-  // pairs that the network has; those that it lacks add_bending() adds before compile(), with a modulus of 0 as well.
+  // The same by angles: what add_bending() makes of these (dvdx/bending.hpp) in place of all zero_length that there was. Only
+  // of pairs that the network has; those that it lacks add_bending() adds before compile(), with a modulus of 0 as well.
   [[nodiscard]] Expected<void> set_bending(std::size_t index, std::span<const Triangle> triangles, std::span<const Vec3> flat,
                                            double modulus);
   // kg, > 0. Where all particles are alike so far they get a number each: the plan must know how many there are, which it does

@@ -20,8 +20,8 @@ using Quaternion4 = std::array<double, 4>;
 using Matrix34 = std::array<std::array<double, 4>, 3>;
 
 [[nodiscard]] DVDX_EXPORT Pose pose_of(const Vec3& translation, const Quaternion4& rotation);
-// The pose by which what turns about `center` (Motion::center) is carried as the matrix says. An error where its first three columns
-// are not a rotation within 1e-3: scaled, sheared or mirrored.
+// The pose by which what turns about `center` (Motion::center) is carried as the matrix says. An error where its first three
+// columns are not a rotation within 1e-3: scaled, sheared or mirrored.
 [[nodiscard]] DVDX_EXPORT Expected<Pose> pose_of(const Matrix34& matrix, const Vec3& center = {});
 
 // From 16 numbers, column after column, as glm::mat4 and OpenGL have them: the last row is taken for 0 0 0 1.

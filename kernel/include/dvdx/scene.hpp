@@ -79,15 +79,15 @@ struct Pose {
   bool operator==(const Pose&) const = default;
 };
 
-// How what a program drives comes to where it is told to be: on the way there through the whole of the next step, or in no time,
-// before the next step begins.
+// How what a program drives comes to where it is told to be: on the way there through the whole of the next step, or in no
+// time, before the next step begins.
 enum class Arrival : std::uint8_t { moving, jump };
 
 // A rigid motion that is given beforehand. A key's pose carries a point p to center + R (p - center) + translation, R by the
 // rotation vector (axis times angle). Between keys the translation is linear in time, and the rotation goes about a fixed axis
-// at a constant angular velocity, the short way round. Before the first and after the last key the pose is held, at rest. To a key
-// by Arrival::jump there is no way: the pose of the key before is held, at rest, until its time; from then on what follows is there,
-// with the velocity that leads on to the next key, and nothing between has been swept.
+// at a constant angular velocity, the short way round. Before the first and after the last key the pose is held, at rest. To a
+// key by Arrival::jump there is no way: the pose of the key before is held, at rest, until its time; from then on what follows
+// is there, with the velocity that leads on to the next key, and nothing between has been swept.
 struct MotionKey {
   double time = 0;     // s
   Vec3 translation{};  // m
@@ -148,8 +148,8 @@ struct Plane {
   Response response = Response::resume;
   ContactPath sweep = ContactPath::curve;
   double thickness = 0;  // m, >= 0: particles are kept so far off the surface
-  // m/s, > 0: what is inside when a step begins leaves along the normal at this speed, none of which it keeps; meanwhile its own
-  // velocity along the normal is kept within 0..push_out. None: it is put onto the surface within that step.
+  // m/s, > 0: what is inside when a step begins leaves along the normal at this speed, none of which it keeps; meanwhile its
+  // own velocity along the normal is kept within 0..push_out. None: it is put onto the surface within that step.
   std::optional<double> push_out{};
   std::optional<std::size_t> motion{};  // of Scene::motions, which carries it from where it is written
   bool operator==(const Plane&) const = default;

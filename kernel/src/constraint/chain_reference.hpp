@@ -259,8 +259,8 @@ void prepare_lone_chains(const ChainTerms<T>& terms, const Axes<T>& x, std::size
   });
 }
 
-// Where energies are the same whatever velocity all moves at: with the first end if it is held, or else with the centre of mass,
-// which pulses do not move.
+// Where energies are the same whatever velocity all moves at: with the first end if it is held, or else with the centre of
+// mass, which pulses do not move.
 template <Arithmetic arithmetic, class T, class Get>
 Vector<T> frame_of(const Chain<T>& chain, const Get& get) noexcept {
   if (!(chain.w(0) > 0)) return get(0);
@@ -430,8 +430,8 @@ void take_excess(const Chain<T>& chain, const Axes<T>& x, const Axes<T>& v, cons
   }
 }
 
-// Where no sub-step is short enough, particles follow each other. A chain held at both ends whose lengths cannot be found so, as
-// one that is drawn straight, stays.
+// Where no sub-step is short enough, particles follow each other. A chain held at both ends whose lengths cannot be found so,
+// as one that is drawn straight, stays.
 template <Arithmetic arithmetic, class T>
 void give_in(const Chain<T>& chain, const Axes<T>& x, const Axes<T>& v) noexcept {
   const ChainTerms<T>& terms = chain.terms;

@@ -39,23 +39,24 @@
 // particles then follow each other from the fixed end, which keeps lengths and loses energy.
 //
 // Lone chain, whose particles no other constraint moves: it takes sub-steps of its own where it needs them. A link's tension
-// is s |n| / h^2 in units of the largest w, and across the chain it is a spring of T/l, so that RATTLE, which is leapfrog there,
-// is stable below
+// is s |n| / h^2 in units of the largest w, and across the chain it is a spring of T/l, so that RATTLE, which is leapfrog
+// there, is stable below
 //   (h omega)^2 <= max 2 w_k (|s_{k-1}| + |s_k|) < 4        (Gershgorin)
 // and the s that Newton's steps have found tell it. With u = W J^T s / h and u' = W J^T m, the flow of a constant acceleration
 // and J v_n = 0, the sub-step changes the energy by
 //   (|u|^2 - |u'|^2) / 2,   |u|^2 = sum of m u^2
 // the work of the two pulses: the first gives what the second takes. A sub-step is refused where that is more than 1e-4 of the
 // kinetic energy, seen from the held end or else the centre of mass, and than 5e-3 of m (h a)^2, what the forces do, where
-// (h omega)^2 > 2, or lengths do not converge. The chain then goes from start in 2, 4, ... of its own along a parabola to x*, v*,
+// (h omega)^2 > 2, or lengths do not converge. The chain then goes from start in 2, 4, ... of its own along a parabola to
+// x*, v*,
 //   v0 = 2 (x* - x_n)/h - v*,   a = (v* - v0)/h
 // until all of them will do: 2^10 at most, or 2^8 for the energy's sake alone. Rounding is allowed for: positions are known to
 // 2^-52 (2^-23) of the largest coordinate. Limits: drag, springs and contacts within the sub-step act as the constant
-// acceleration that has their end. Where 2^10 do not converge (ends drawn further apart than the chain is long, or a chain drawn
-// straight, which no tension holds against gravity) its particles follow each other, and what is held at both ends and finds
-// no lengths so stays as it was at the start. 2 to 40 rods with loads of 1 to 1e4 of their masses from the horizontal, 60 and
-// 240 Hz, 10 s: energy within 2e-3; RATTLE alone gave up to 8 times what there was. 1000 rods held at both ends, 60 Hz: lengths to
-// 3e-14, by 64 sub-steps of their own.
+// acceleration that has their end. Where 2^10 do not converge (ends drawn further apart than the chain is long, or a chain
+// drawn straight, which no tension holds against gravity) its particles follow each other, and what is held at both ends and
+// finds no lengths so stays as it was at the start. 2 to 40 rods with loads of 1 to 1e4 of their masses from the horizontal, 60
+// and 240 Hz, 10 s: energy within 2e-3; RATTLE alone gave up to 8 times what there was. 1000 rods held at both ends, 60 Hz:
+// lengths to 3e-14, by 64 sub-steps of their own.
 //
 // Limits: `at_most` constraints that share particles. Sweeps of pulses along n have no end there: each one's rounding, and what
 // few sweeps leave, becomes a velocity over h, and from links as tight as w lambda > l the pulses turn links over. But the
@@ -95,8 +96,8 @@
 // Line: e = x - p, and the pulses take away what e and v have along two unit vectors across the line. Point: x = at, v = 0.
 //
 // Limits: several constraints at a particle are visited one after the other (Gauss-Seidel), forwards and backwards, or where
-// limits cross forwards twice. A constraint both of whose ends are fixed, or whose ends coincide, or that has an end which is not
-// finite, contributes nothing.
+// limits cross forwards twice. A constraint both of whose ends are fixed, or whose ends coincide, or that has an end which is
+// not finite, contributes nothing.
 // A jump over a bound (from one side of `at_least` to the other) within a sub-step is not seen.
 
 namespace dvdx {
@@ -261,8 +262,9 @@ inline constexpr T limit_near = T(0.05);
 // At a sub-step's end a link of this part of its squared limit is taut.
 template <class T>
 inline constexpr T least_taut = T(1 - 1e-5);
-// A chain yields at least this much to the force along a link, in units of its lightest particle's: each step of Newton's is one
-// of the proximal point method, which ends where a step without it would, and stays bounded where a chain is drawn straight.
+// A chain yields at least this much to the force along a link, in units of its lightest particle's: each step of Newton's is
+// one of the proximal point method, which ends where a step without it would, and stays bounded where a chain is drawn
+// straight.
 template <class T>
 inline constexpr T least_yield = sizeof(T) == 4 ? T(1e-6) : T(1e-12);
 

@@ -92,8 +92,8 @@ class ConstraintStep {
     });
   }
 
-  // Forwards and backwards over the colours; where a sweep turns, its last colour is not visited again: nothing has moved. Where
-  // limits cross, forwards twice: colours that are visited in turns come two to four times as near with as many visits.
+  // Forwards and backwards over the colours; where a sweep turns, its last colour is not visited again: nothing has moved.
+  // Where limits cross, forwards twice: colours that are visited in turns come two to four times as near with as many visits.
   template <class Visit>
   void sweep(const Visit& visit) const noexcept {
     const auto& colours = constraints_.colours();

@@ -221,8 +221,8 @@ Blocks blocks_of(const std::deque<One>& ones, std::size_t elements) {
   return solved;
 }
 
-// Links of tension T_k join particles of 1/m = w: across them w_k (T_{k-1}/l_{k-1} + T_k/l_k) times two at most is omega^2, here
-// where T_k is the weight of what is beyond, over gravity.
+// Links of tension T_k join particles of 1/m = w: across them w_k (T_{k-1}/l_{k-1} + T_k/l_k) times two at most is omega^2,
+// here where T_k is the weight of what is beyond, over gravity.
 double hanging_rate_of(const ConstraintBlock& chain) {
   double most = 0;
   double beyond = 0;
@@ -372,9 +372,9 @@ double swept_rods_rate(const Scene& scene, std::span<const Vec3> start, std::spa
 
 // RATTLE is stable while (h omega)^2 < 4. Sweeps leave lengths unsettled by some (h omega)^2, and rods lose energy by it: in
 // 5 s at 60 steps a second trees of 4 to 256 rods and rings on a rod lose up to 1.5 % where it is at most 0.01, and 20 to 60 %
-// where it is 0.2 to 1; beyond 4 a ring of 40 on a rod gained 13 times what there was. Ropes that cross take energy at any: nets
-// of 5 x 5 to 64 x 64 on a corner or two with up to 1e4 times a particle's mass stay within 3 % of their lengths where it is
-// at most 4, and are up to 6.6 times their length where it is 900.
+// where it is 0.2 to 1; beyond 4 a ring of 40 on a rod gained 13 times what there was. Ropes that cross take energy at any:
+// nets of 5 x 5 to 64 x 64 on a corner or two with up to 1e4 times a particle's mass stay within 3 % of their lengths where it
+// is at most 4, and are up to 6.6 times their length where it is 900.
 int substeps_of_rods(double frequency, double h) noexcept {
   constexpr double most_turn = 0.1;  // h omega
   constexpr int most = 1024;

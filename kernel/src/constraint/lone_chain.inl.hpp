@@ -34,8 +34,8 @@ void prepare_lone_chains(const ChainTerms<Scalar<V>>& terms, const Axes<Scalar<V
                      [&](const SomeChains<V>& chains) { keep<V>(terms, x, chains.first, chains.links, terms.start); });
 }
 
-// Where energies are the same whatever velocity all moves at: with the first end if it is held, or else with the centre of mass,
-// which pulses do not move.
+// Where energies are the same whatever velocity all moves at: with the first end if it is held, or else with the centre of
+// mass, which pulses do not move.
 template <class V, Arithmetic arithmetic, class Get>
 Three<V> frame_of(const ChainTerms<Scalar<V>>& terms, const SomeChains<V>& chains, const Get& get) noexcept {
   using T = Scalar<V>;
@@ -236,8 +236,8 @@ void take_excess(const ChainTerms<Scalar<V>>& terms, const Axes<Scalar<V>>& x, c
   }
 }
 
-// Where no sub-step is short enough, particles follow each other. A chain held at both ends whose lengths cannot be found so, as
-// one that is drawn straight, stays.
+// Where no sub-step is short enough, particles follow each other. A chain held at both ends whose lengths cannot be found so,
+// as one that is drawn straight, stays.
 template <class V, Arithmetic arithmetic>
 void give_in(const ChainTerms<Scalar<V>>& terms, const Axes<Scalar<V>>& x, const Axes<Scalar<V>>& v,
              const SomeChains<V>& chains, Mask<V> where) noexcept {

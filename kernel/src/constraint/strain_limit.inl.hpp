@@ -1,5 +1,5 @@
-// Chains of distances that may not grow (limits of strain), wide: sixteen side by side, each solved as a whole. The scalar twin:
-// strain_limit_reference.hpp; the derivation: constraint.hpp. Tethers to a pin: skin/ball.hpp.
+// Chains of distances that may not grow (limits of strain), wide: sixteen side by side, each solved as a whole. The scalar
+// twin: strain_limit_reference.hpp; the derivation: constraint.hpp. Tethers to a pin: skin/ball.hpp.
 #pragma once
 
 #include "constraint/constraint.inl.hpp"

@@ -151,7 +151,8 @@ class AxisFlow {
   ShearAxis<V> shear_;
 };
 
-// One axis of any flow of this kind (flow/terms.hpp), fused or shear: for one batch, which takes from `terms` what its flow needs.
+// One axis of any flow of this kind (flow/terms.hpp), fused or shear: for one batch, which takes from `terms` what its flow
+// needs.
 template <class V, Flow kind, Arithmetic arithmetic>
 class AxisFlowOfKind {
   using T = Scalar<V>;

@@ -53,7 +53,8 @@ void store_columns(const std::array<const Scalar<V>*, 3>& from, std::size_t coun
 template <class V>
 inline constexpr std::size_t parts_of_record = V::size < 4 ? 4 / V::size : 1;
 
-// A coefficient of each axis in the lanes of its numbers, where one of each axis and `period` - 3 others, which get 0, stand in turn.
+// A coefficient of each axis in the lanes of its numbers, where one of each axis and `period` - 3 others, which get 0, stand in
+// turn.
 template <class V, std::size_t period, class Of>
 V by_axis(std::size_t part, const Of& of) noexcept {
   alignas(64) std::array<Scalar<V>, V::size> lanes;

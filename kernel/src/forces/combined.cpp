@@ -7,7 +7,7 @@
 
 // Equation      x'' = f - W (x - c) - g x' + a(tau);  w = W h^2, q = g h;  e = x - c
 //               W, g, c and f gather every spring, drag, wind and constant acceleration of the particle before integration.
-// Solution      with psi_k = psi_k(w,q), the responses of a damped oscillator (psi.hpp; made by flow() of math/two_double_flow.hpp)
+// Solution      with psi_k = psi_k(w,q), the responses of a damped oscillator (psi.hpp; by math/two_double_flow.hpp)
 // Step          dv = -A e - B v + f h psi_1        A = W h psi_1        B = q psi_1 + w psi_2        (= 1 - psi_0)
 //               dx = -C e - D v + f h^2 psi_2      C = w psi_2          D = h (q psi_2 + w psi_3)    (= h - S)
 //               S = h psi_1: x' = x + S v - C e + ... keeps its digits where v h - D v would cancel (omega h >> 1)

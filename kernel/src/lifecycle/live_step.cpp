@@ -1,4 +1,5 @@
-// A call of LifecyclePlan::step: in batches of steps, what lives is stepped and moved together, and what is born follows behind.
+// A call of LifecyclePlan::step: in batches of steps, what lives is stepped and moved together, and what is born follows
+// behind.
 #include <algorithm>
 #include <span>
 

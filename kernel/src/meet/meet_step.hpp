@@ -110,8 +110,8 @@ class MeetStep {
     room_.has_impacts = false;
   }
   // A particle that surfaces have turned back has x1 - x0 other than v1 h: a pair may come nearer along that chord while its
-  // velocities part, and pushes then add speed. So its start is moved to x1 - v1 h, as if it had come straight to its end, which
-  // it has since it was turned back. Those that it met before are seen at its end alone.
+  // velocities part, and pushes then add speed. So its start is moved to x1 - v1 h, as if it had come straight to its end,
+  // which it has since it was turned back. Those that it met before are seen at its end alone.
   void straighten() noexcept {
     if (!(of_.rules.meet().restitution > 0) || of_.surface_count == 0) return;
     const T least = of_.slowest * std::abs(of_.h);

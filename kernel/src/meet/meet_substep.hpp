@@ -60,8 +60,8 @@ struct MeetSubstep {
   [[nodiscard]] Point<T> moved_by_impacts(std::size_t i) const noexcept {
     return plus(room.shift[i].dx, times(h, room.hits[i].dv));
   }
-  // use(the number of a pair, with pair_is_far where it is): those in which particle i is the higher one, by the lower one; then
-  // its own, by the higher one.
+  // use(the number of a pair, with pair_is_far where it is): those in which particle i is the higher one, by the lower one;
+  // then its own, by the higher one.
   template <class Use>
   void over_lower(std::size_t i, const Use& use) const noexcept {
     for (std::uint32_t k = room.first_lower[i]; k < room.first_lower[i + 1]; ++k) use(room.lower[k]);

@@ -1,4 +1,5 @@
-// Changes of a scene while a plan runs: what each refuses, and what it makes of the scene; of a compiled one: plan/in_place.cpp.
+// Changes of a scene while a plan runs: what each refuses, and what it makes of the scene; of a compiled one:
+// plan/in_place.cpp.
 #pragma once
 
 #include <cstddef>

@@ -150,8 +150,8 @@ struct PlanIn {
     return taken;
   }
 
-  // Another, in which everything is driven that is in this plan's own. Where another thread steps in that, nothing is: a step then
-  // says so.
+  // Another, in which everything is driven that is in this plan's own. Where another thread steps in that, nothing is: a step
+  // then says so.
   [[nodiscard]] std::unique_ptr<JoinedWorkspace<A>> another_workspace() const {
     auto other = make_workspace(*scene);
     drive(other.get());

@@ -53,8 +53,8 @@ void run_steps(const Batch<A, T>& batch, Block<A>& block, ContactRecorder<A>* re
   }
 }
 
-// Particles that are copied to be stepped: so many at a time that copies and originals stay in first-level cache. Blocks that look
-// for the surfaces near them do so once a block.
+// Particles that are copied to be stepped: so many at a time that copies and originals stay in first-level cache. Blocks that
+// look for the surfaces near them do so once a block.
 template <class A>
 std::size_t staged_together(const FreeMotion<A>& motion) noexcept {
   return motion.terms.searches ? max_block : 256;

@@ -174,7 +174,8 @@ struct RangeTerms {
 inline constexpr std::size_t coefficient_sets = 5;
 inline constexpr std::size_t record = 4;  // numbers
 
-// Lines of springs that are solved at once (springs/sweep/spring_lines.hpp): spring j of a line joins its particles j and j + 1.
+// Lines of springs that are solved at once (springs/sweep/spring_lines.hpp): spring j of a line joins its
+// particles j and j + 1.
 //
 // Up to 16 lines of a list that share no particle are a bundle, one in each lane: particle j of lane n is at
 // places[particles + 16 j + n], spring j likewise; lengths[n] is at places[lengths + n], behind which a lane repeats its last
@@ -191,13 +192,13 @@ struct BundleTerms {
 // A bundle's solve takes so much memory, in numbers for each of its springs.
 inline constexpr std::size_t line_room = 9 * slice;
 
-// From where on a line turns a spring with its tension, and the force that it gave is redirected (springs/sweep/spring_lines.cpp), in
-// gamma (w_a + w_b).
+// From where on a line turns a spring with its tension, and the force that it gave is redirected
+// (springs/sweep/spring_lines.cpp), in gamma (w_a + w_b).
 inline constexpr double least_turning = 1;
 inline constexpr double least_redirected = -0.5;  // of springs that are pressed
 
-// All lines of a sheet that have one direction are a family. Springs stand where they begin: those of a row's line, one of its `phases`,
-// begin at elements [first, first + count) of it, and have columns from `springs` on.
+// All lines of a sheet that have one direction are a family. Springs stand where they begin: those of a row's line, one of its
+// `phases`, begin at elements [first, first + count) of it, and have columns from `springs` on.
 struct LineStrand {
   std::uint32_t first = 0, count = 0, springs = 0;
 };
@@ -227,8 +228,8 @@ struct LinePart {
   std::size_t from = 0, to = 0;
 };
 
-// Memory that a sheet is solved in: planes of a number for each spring, where it begins, and for what lies beside the sheet, a row
-// above it and a slice before each line; and steps along the rows, of 16 rows side by side.
+// Memory that a sheet is solved in: planes of a number for each spring, where it begins, and for what lies beside the sheet, a
+// row above it and a slice before each line; and steps along the rows, of 16 rows side by side.
 struct LineRoom {
   std::size_t stride = 0, plane = 0, steps = 0;  // elements from a line to the next; of a plane; of steps of one kind
 
@@ -286,8 +287,8 @@ struct SheetRows {
   std::size_t pitch = 0;   // elements from a line to the next
 };
 
-// Generalized alpha (springs/sweep/sweep_scheme.cpp): what stands around the sweeps of a sub-step. a: of the sub-step's start; b: of
-// its end, and a of the next.
+// Generalized alpha (springs/sweep/sweep_scheme.cpp): what stands around the sweeps of a sub-step. a: of the sub-step's start;
+// b: of its end, and a of the next.
 //   shift = P = P_v v + P_a a,   v_next = v + u_a a   (where something damps: what the sweeps read for v)
 //   b = b_S (shift - P) - b_a a,   v += v_a a + v_b b,   x += x_b (b - a)
 template <class T>

@@ -22,7 +22,8 @@ namespace dvdx {
 class NetworkRates {
  public:
   NetworkRates() = default;  // of nothing yet
-  // Rates of grids that have no particle in common: one that holds every particle, or several that hold them one after the other.
+  // Rates of grids that have no particle in common: one that holds every particle, or several that hold them one after the
+  // other.
   NetworkRates(const Scene& scene, std::span<const double> w);
   // Rates of a list.
   NetworkRates(std::span<const JoinedPair> springs, std::span<const double> w);

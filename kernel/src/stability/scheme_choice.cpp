@@ -9,8 +9,8 @@
 namespace dvdx {
 namespace {
 
-// ns of a particle's and of a spring's sub-step, as docs/stability.md tells how it was measured: on one machine, once, so that the
-// same scene is stepped alike on all.
+// ns of a particle's and of a spring's sub-step, as docs/stability.md tells how it was measured: on one machine, once, so that
+// the same scene is stepped alike on all.
 struct Cost {
   double particle = 0, spring = 0;
 };

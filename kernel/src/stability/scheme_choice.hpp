@@ -21,8 +21,8 @@ struct Joined {
   bool is_damped = false;
 };
 
-// Takes the scheme for a coupling that leaves it open, and the longest sub-step of sequential. rates: the springs', by sums, which
-// are the same on every machine.
+// Takes the scheme for a coupling that leaves it open, and the longest sub-step of sequential. rates: the springs', by sums,
+// which are the same on every machine.
 SchemeChoice take_scheme(Coupling& coupling, double step, const HighestRates& rates, const SweptNet& net, const Joined& joined);
 // start: the particles' positions.
 SchemeChoice take_scheme(Scene& scene, double step, std::span<const Vec3> start);

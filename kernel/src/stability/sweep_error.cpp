@@ -19,20 +19,20 @@
 // a forward and a backward sweep are a symmetric Gauss-Seidel step of A = A_l + D + A_l^T, of which the inverse is A + E. The
 // springs are softer by E T, and a net at rest under the forces tau of its springs hangs too low by the work
 //   sum of loads * excess = T tau^T E tau = T sum_i (A_l^T tau)_i^2 / D_i,     D_i = 1/(k T) + w_a + w_b,
-// (A_l^T tau)_i: by how much the springs that are visited after spring i part its ends. One walk against the sweep's order tells
-// it. A single forward sweep has A + E = A_l + D, and of forces at rest tau^T E tau = sum_i (w_a + w_b) tau_i^2 / 2.
+// (A_l^T tau)_i: by how much the springs that are visited after spring i part its ends. One walk against the sweep's order
+// tells it. A single forward sweep has A + E = A_l + D, and of forces at rest tau^T E tau = sum_i (w_a + w_b) tau_i^2 / 2.
 //
-// Where lines of springs are solved whole a piece that is one line has no such excess, and of other pieces a sixteenth is taken: at
-// most a twenty-seventh was measured (sheets of 16 to 32 a side, of corners and of an edge). Both only while the lines turn by
-// little: they are solved in the directions that they have, and a spring that bears tau turns with the frequency of
-// sum tau/l over its ends' masses. Up to 23 of its sub-steps a heavy rope that is let go at rest stays as long as its load makes it (5 to
-// 40 springs, 10 to 10000 times a link's mass). But where its links move at 1 m/s, beyond 2 it gains energy without end (3 to 20 springs,
-// 1500 to 40000 times: 8 to 55 times as long within 10 s), and sweeps alone are the bound. Sheets redirect what their lines gave
-// them (springs/sweep/spring_lines.cpp), and rest up to 7.
+// Where lines of springs are solved whole a piece that is one line has no such excess, and of other pieces a sixteenth is
+// taken: at most a twenty-seventh was measured (sheets of 16 to 32 a side, of corners and of an edge). Both only while the
+// lines turn by little: they are solved in the directions that they have, and a spring that bears tau turns with the frequency
+// of sum tau/l over its ends' masses. Up to 23 of its sub-steps a heavy rope that is let go at rest stays as long as its load
+// makes it (5 to 40 springs, 10 to 10000 times a link's mass). But where its links move at 1 m/s, beyond 2 it gains energy
+// without end (3 to 20 springs, 1500 to 40000 times: 8 to 55 times as long within 10 s), and sweeps alone are the bound. Sheets
+// redirect what their lines gave them (springs/sweep/spring_lines.cpp), and rest up to 7.
 //
 // tau comes from statics: one number a particle, the height it hangs at, and the load goes to what holds the net along falling
-// distance. By the principle of least work every other way of the load gives more, so that the estimate is high rather than low.
-// And what hangs still flies g (s/2)^2/2 down between two pulses: as much too low does it hang when the sub-step ends.
+// distance. By the principle of least work every other way of the load gives more, so that the estimate is high rather than
+// low. And what hangs still flies g (s/2)^2/2 down between two pulses: as much too low does it hang when the sub-step ends.
 // A net hangs lowest at its end: a rope under its own weight is there 3/2 of the mean over its loads, and so is a sheet.
 
 namespace dvdx {
@@ -100,8 +100,8 @@ double t_of(const Coupling& coupling, double frequency, const SubstepLength& sub
 }
 
 // A fall as far as the side stretches springs that hang by `sag` by sqrt(2 side sag), and they swing with the frequency
-// sqrt(g/sag). A sub-step of z is late by z^2/12 a radian, here over the quarter of a swing until they are stretched most; later
-// swings are damped.
+// sqrt(g/sag). A sub-step of z is late by z^2/12 a radian, here over the quarter of a swing until they are stretched most;
+// later swings are damped.
 double bounce(double side, double sag, double g_substep_squared) {
   if (!(sag > 0)) return 0;
   constexpr double of_a_quarter = std::numbers::pi / 2 / 12;
@@ -152,8 +152,8 @@ void SweptNet::load_up(const Scene& scene) {
   find_turning();
 }
 
-// A particle of every `stride`-th row and column stands for those around it: the springs of so many rows side by side, one behind
-// the other, are as stiff as one, carry as much more and are as many fewer.
+// A particle of every `stride`-th row and column stands for those around it: the springs of so many rows side by side, one
+// behind the other, are as stiff as one, carry as much more and are as many fewer.
 void SweptNet::take_sheet(const Scene& scene, const Grid& sheet) {
   const auto kept = [](std::size_t n, std::size_t stride) { return (n + stride - 1) / stride; };
   const std::size_t stride = kept(std::max(sheet.rows, sheet.columns), most_of_a_side);
@@ -336,8 +336,8 @@ void SweptNet::lay_down() {
 }
 
 // From the farthest to what holds it: each particle passes on what it carries, by stiffness and by how much nearer. A sheet of
-// equal springs along, across and along both diagonals that is pulled along draws in by half of what it stretches: each diagonal
-// stretches by a quarter, and takes a sixth of the load. Hence the fourth power of the cosine.
+// equal springs along, across and along both diagonals that is pulled along draws in by half of what it stretches: each
+// diagonal stretches by a quarter, and takes a sixth of the load. Hence the fourth power of the cosine.
 void SweptNet::carry_loads(Ways& ways) {
   std::vector<double> shares;  // of the links of a particle
   for (std::size_t n = ways.in_order.size(); n-- > 0;) {
@@ -398,9 +398,9 @@ void SweptNet::leave_out_stiff_spans() {
   }
 }
 
-// m: how low a cable hangs. With the sag s, L the span, e its slack and W the load across, the tension is W L/(8 s), and the cable
-// is longer than the span by 8 s^2/(3 L) = e + C W L/(8 s), C its compliance. Forces that fall from W/2 at the ends to none in the
-// middle do the work C W^2/12.
+// m: how low a cable hangs. With the sag s, L the span, e its slack and W the load across, the tension is W L/(8 s), and the
+// cable is longer than the span by 8 s^2/(3 L) = e + C W L/(8 s), C its compliance. Forces that fall from W/2 at the ends to
+// none in the middle do the work C W^2/12.
 double SweptNet::sag(const Piece& piece, double work) {
   const auto [L, slack, W] = piece.span;
   const double a = 3 * L * slack / 8;

@@ -27,8 +27,8 @@ class SweptNet {
   // For a scene that is one sheet: nothing is as long as the sheet where all its particles are alike. Particles that are held
   // stand where they do in the flat sheet.
   SweptNet(const Scene& scene, const Grid& sheet);
-  // w: 1/kg of each particle, 0 where fixed or kinematic; start: of which the places of what is held are read; swept: what walks
-  // the springs in sweeps.
+  // w: 1/kg of each particle, 0 where fixed or kinematic; start: of which the places of what is held are read; swept: what
+  // walks the springs in sweeps.
   SweptNet(const Scene& scene, std::span<const JoinedPair> pairs, std::span<const double> w, std::span<const Vec3> start,
            Walk swept);
 

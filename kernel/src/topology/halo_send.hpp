@@ -1,5 +1,5 @@
-// Sends the halo of a part of a larger scene, where it does nothing else meanwhile. Who sends what: dvdx/partition.hpp, found by
-// topology/halo_lists.cpp.
+// Sends the halo of a part of a larger scene, where it does nothing else meanwhile. Who sends what: dvdx/partition.hpp, found
+// by topology/halo_lists.cpp.
 #pragma once
 
 #include <array>

@@ -25,9 +25,9 @@ struct ListSheet {
 
 // The sheet that a scene's springs are, as joined_pairs() lists them, or none: also where a pair is joined twice; where half of
 // all places in the strands or more would hold no spring, or rows are shorter than 16 particles (with bends 32), as colours are
-// then faster; where so large a sheet has few bands, which threads share; and where triangles that meet air lead farther than to
-// the next row. Where particles are not numbered row by row, springs of each kind that there is must be everywhere. Rows may be the
-// caller's columns.
+// then faster; where so large a sheet has few bands, which threads share; and where triangles that meet air lead farther than
+// to the next row. Where particles are not numbered row by row, springs of each kind that there is must be everywhere. Rows may
+// be the caller's columns.
 [[nodiscard]] std::optional<ListSheet> list_sheet(const Scene& scene, std::span<const JoinedPair> springs, std::size_t count);
 // Whether each spring leads where one of the sheet may, and no two lead alike.
 [[nodiscard]] bool fits(std::span<const JoinedPair> springs, const ListSheet& sheet);

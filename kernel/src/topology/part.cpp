@@ -100,8 +100,8 @@ SweptPart swept_part(const Whole& whole, const Part& part, const Renumbered& ren
   return sweeps;
 }
 
-// A part's own particles and those that it is told of, in the order in which a particle sums its springs; of a list in pieces its
-// own come first.
+// A part's own particles and those that it is told of, in the order in which a particle sums its springs; of a list in pieces
+// its own come first.
 std::vector<std::uint32_t> particles_of(const Owned& whole, std::uint32_t part, const HaloByPart& halo) {
   const std::size_t count = whole.owner.size();
   std::vector<std::uint8_t> is_held(count, 0);

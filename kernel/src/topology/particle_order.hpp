@@ -87,8 +87,8 @@ class SteppedGrid {
   Grid torn_;
 };
 
-// Particles first, first + every, ... stand at elements element, element + 1, ... of the working columns; or, where an order lists
-// its particles, those first, first + 1, ... of the list.
+// Particles first, first + every, ... stand at elements element, element + 1, ... of the working columns; or, where an order
+// lists its particles, those first, first + 1, ... of the list.
 struct ParticleSpan {
   std::size_t particle = 0, every = 1;
   std::size_t element = 0, count = 0;

@@ -1,5 +1,5 @@
-// Colours of a list's springs that lead from piece to piece. They follow from what is fixed, too: who fixes a particle makes them
-// anew.
+// Colours of a list's springs that lead from piece to piece. They follow from what is fixed, too: who fixes a particle makes
+// them anew.
 #pragma once
 
 #include <cstdint>

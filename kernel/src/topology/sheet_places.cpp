@@ -9,10 +9,10 @@
 
 #include "topology/neighbours.hpp"
 
-// How many columns a sheet of a shape has follows from its particles and springs. A corner, and the particles to the right of it and
-// below, then decide all others: each next place is taken by a neighbour of the one before (in the first row) or above, whose
-// neighbours among those that have a place already stand just where springs that lead to this place begin. Where there are
-// several, the one of fewest neighbours takes it, nearest to the sheet's edge; nothing is taken back. So what is found is a
+// How many columns a sheet of a shape has follows from its particles and springs. A corner, and the particles to the right of
+// it and below, then decide all others: each next place is taken by a neighbour of the one before (in the first row) or above,
+// whose neighbours among those that have a place already stand just where springs that lead to this place begin. Where there
+// are several, the one of fewest neighbours takes it, nearest to the sheet's edge; nothing is taken back. So what is found is a
 // sheet, and a sheet may not be found.
 
 namespace dvdx {
@@ -57,7 +57,8 @@ class SheetShape {
   std::vector<StencilOffset> offsets_;
 };
 
-// Along rows and columns; with any of the diagonals; and with bends along rows, columns or both, or across the sides of triangles.
+// Along rows and columns; with any of the diagonals; and with bends along rows, columns or both, or across the sides of
+// triangles.
 std::vector<SheetShape> shapes() {
   const std::array<std::vector<StencilOffset>, 4> diagonals{{{}, {{1, 1}}, {{1, -1}}, {{1, 1}, {1, -1}}}};
   const std::array<std::vector<StencilOffset>, 6> bends{

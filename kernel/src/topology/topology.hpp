@@ -1,5 +1,5 @@
-// How a scene's springs are stepped, decided once: what walks them, and where each particle stands meanwhile. The plan reads it,
-// and so do the parts that ranks step, in which each particle sums its springs as in the whole.
+// How a scene's springs are stepped, decided once: what walks them, and where each particle stands meanwhile. The plan reads
+// it, and so do the parts that ranks step, in which each particle sums its springs as in the whole.
 #pragma once
 
 #include <cstddef>

@@ -359,10 +359,11 @@ TEST_CASE_TEMPLATE("a particle that is no number stays alone among those that re
   }
 }
 
-// ---- what a step leaves as it was is not worked out again in its call ----------------------------------------------------------
+// ---- what a step leaves as it was is not worked out again in its call -------------------------------------------------------
 
 // Scenes by what acts in them: a floor under gravity, which nothing moves; a force that grows until friction gives way; a floor
-// that sets off when all lies on it; a capsule, and so many that blocks are halved; and a spring that kicks in the middle of steps.
+// that sets off when all lies on it; a capsule, and so many that blocks are halved; and a spring that kicks in the middle of
+// steps.
 enum class Mover { none, force, floor, capsule, capsules, spring };
 
 Scene lying_scene(Mover mover) {

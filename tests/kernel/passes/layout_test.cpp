@@ -1,5 +1,5 @@
-// Structs and tiles: into columns and back, and stepped as they lie, on every instruction set and at every stride. Bits are those
-// of the scalar reference, and no byte beside x and v is written.
+// Structs and tiles: into columns and back, and stepped as they lie, on every instruction set and at every stride. Bits are
+// those of the scalar reference, and no byte beside x and v is written.
 #include <doctest/doctest.h>
 
 #include <array>

@@ -55,7 +55,8 @@ TEST_CASE("network: each of two sheets that differ moves as it does alone") {
 constexpr std::size_t sheets_in_a_row = 60, torn_sheet = 31;
 constexpr std::size_t rows_of_each = 9, columns_of_each = 33, particles_of_each = rows_of_each * columns_of_each;
 
-// Some of the sheets, from one of them on. The particle at a seam is bad: torn springs must not lead from it to the sheet behind.
+// Some of the sheets, from one of them on. The particle at a seam is bad: torn springs must not lead from it to the sheet
+// behind.
 Joined sheets_from(std::size_t first, std::size_t count, Scheme scheme, double damping) {
   constexpr std::size_t each = particles_of_each;
   Grid grid{.rows = rows_of_each,

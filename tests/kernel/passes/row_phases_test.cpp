@@ -1,4 +1,5 @@
-// Rows of a sheet into their phases and back (lines of springs: spring_lines_test.cpp): as the scalar reference does, whatever a row's length, and nothing beside them.
+// Rows of a sheet into their phases and back (lines of springs: spring_lines_test.cpp): as the scalar reference does, whatever
+// a row's length, and nothing beside them.
 #include <doctest/doctest.h>
 
 #include <cstddef>

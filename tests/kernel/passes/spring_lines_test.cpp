@@ -1,4 +1,5 @@
-// Lines of springs that sequential solves at once: what hangs on them at rest, both momenta, no heat, the scalar reference's bits.
+// Lines of springs that sequential solves at once: what hangs on them at rest, both momenta, no heat, the scalar reference's
+// bits.
 #include <doctest/doctest.h>
 
 #include <algorithm>
@@ -31,7 +32,7 @@ constexpr double gravity = 9.81;
 constexpr Coupling one_substep{.scheme = Scheme::sequential, .substeps = 1, .lines = Lines::whole};
 constexpr Coupling without_lines{.scheme = Scheme::sequential, .substeps = 1, .lines = Lines::none};
 
-// ---- ropes --------------------------------------------------------------------------------------------------------------------
+// ---- ropes ------------------------------------------------------------------------------------------------------------------
 
 struct Rope {
   std::size_t springs = 20;
@@ -120,7 +121,7 @@ TEST_CASE("spring lines: a rope that does not hang quite straight holds its load
   }
 }
 
-// ---- sheets -------------------------------------------------------------------------------------------------------------------
+// ---- sheets -----------------------------------------------------------------------------------------------------------------
 
 struct Sheet {
   std::size_t side = 16;
@@ -314,7 +315,7 @@ TEST_CASE("spring lines: forces of springs that are pressed hard are not redirec
   CHECK(most < at_start + 0.01 * gravity);
 }
 
-// ---- bits ---------------------------------------------------------------------------------------------------------------------
+// ---- bits -------------------------------------------------------------------------------------------------------------------
 
 template <class T>
 void check_bits(Joined joined, Arithmetic arithmetic) {
@@ -451,7 +452,7 @@ TEST_CASE("spring lines: a large sheet gives the same bits whatever the threads"
   }
 }
 
-// ---- changes ------------------------------------------------------------------------------------------------------------------
+// ---- changes ----------------------------------------------------------------------------------------------------------------
 
 TEST_CASE("spring lines: what is torn, fixed, released or weighed anew in place is stepped as a plan made of it would") {
   const Joined sheet = test::sheet(18, 21, 500);

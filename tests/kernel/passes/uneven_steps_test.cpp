@@ -1,5 +1,5 @@
-// Steps that vary from frame to frame: bounded by what energy allows, the same rest whatever the step, and one plan whichever way
-// it was made.
+// Steps that vary from frame to frame: bounded by what energy allows, the same rest whatever the step, and one plan whichever
+// way it was made.
 #include <doctest/doctest.h>
 
 #include <algorithm>

@@ -54,9 +54,9 @@ class Checkpoints {
   // Steps until the next one, at most `wanted`.
   [[nodiscard]] std::uint64_t most_steps(std::uint64_t done, std::uint64_t wanted) const noexcept;
   // Between two steps, when all that was to be written of the first has been: writes the run down where it is time. The steps
-  // go on while the disk is busy; where it still is when the next one is due, that one waits, not the steps. Several ranks write
-  // each its part, and the steps wait. Throws Fault (input_output), also for the one before. `prepare` is called where it is
-  // time.
+  // go on while the disk is busy; where it still is when the next one is due, that one waits, not the steps. Several ranks
+  // write each its part, and the steps wait. Throws Fault (input_output), also for the one before. `prepare` is called where it
+  // is time.
   void look(std::uint64_t done, const PrepareSave& prepare);
   // All of them are on the disk. Throws likewise.
   void finish(std::uint64_t done, const PrepareSave& prepare);

@@ -31,8 +31,8 @@ struct Box {
   std::array<double, 3> high{};
 };
 
-// The box of nearly all points, at least one: of ten and more, those are left out that are farthest out along an axis, a hundredth
-// at each end and one at least, where the box is half as long without them.
+// The box of nearly all points, at least one: of ten and more, those are left out that are farthest out along an axis, a
+// hundredth at each end and one at least, where the box is half as long without them.
 [[nodiscard]] Box box_of_nearly_all(const std::array<std::vector<float>, 3>& points);
 
 struct Frame {

@@ -1,5 +1,5 @@
-// NumPy's archive: steps (int64), times (float64), positions and velocities (states, particles, 3) in the run's precision, stored
-// as they are: numbers of a simulation hardly compress.
+// NumPy's archive: steps (int64), times (float64), positions and velocities (states, particles, 3) in the run's precision,
+// stored as they are: numbers of a simulation hardly compress.
 #include <fmt/format.h>
 
 #include <array>

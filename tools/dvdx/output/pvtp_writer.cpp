@@ -1,5 +1,6 @@
 // VTK XML PolyData in pieces: of each state a .vtp for each rank and the .pvtp that names them, a .pvd that gives each .pvtp
-// its time, and under the name that was asked for the last state's .pvtp. ParaView opens either. Each rank writes its own piece.
+// its time, and under the name that was asked for the last state's .pvtp. ParaView opens either. Each rank writes its own
+// piece.
 #include <fmt/format.h>
 
 #include <filesystem>

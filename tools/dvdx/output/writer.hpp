@@ -60,8 +60,8 @@ struct Output {
   const Topology* topology = &no_topology;   // never null, and outlives the writer
   const std::vector<Tear>* tears = nullptr;  // what of it tears meanwhile, in the order of the steps; may be null
   Counts counts = Counts::fixed;             // changing: nothing joins the particles
-  // By which files and `topology` name particles: where it is not their own, all that is written is. Never null, and outlives the
-  // writer.
+  // By which files and `topology` name particles: where it is not their own, all that is written is. Never null, and outlives
+  // the writer.
   const Numbering* numbering = &own_numbering;
   // Shown by a page or a picture in addition; other writers ignore it.
   const SceneFile* scene = nullptr;
@@ -103,8 +103,8 @@ struct WrittenFile {
 template <class T>
 [[nodiscard]] std::unique_ptr<Writer<T>> make_writer(const Output& output);
 
-// Hands a writer that it makes by `make` each state with a point for every number of output.numbering: those of one particle are
-// where it is, and those of none stand still. The output's ranks must be null: the states are whole.
+// Hands a writer that it makes by `make` each state with a point for every number of output.numbering: those of one particle
+// are where it is, and those of none stand still. The output's ranks must be null: the states are whole.
 template <class T>
 [[nodiscard]] std::unique_ptr<Writer<T>> make_writer_by_number(const Output& output,
                                                                std::unique_ptr<Writer<T>> (*make)(const Output&));

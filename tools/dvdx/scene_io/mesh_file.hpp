@@ -16,9 +16,9 @@ struct MeshFile {
   std::vector<Pair> lines;                        // the pieces of the file's polylines
 };
 
-// The statements v, f (or fo, as it once was) and l, in letters of any case; all others are passed over. A line that ends with a
-// backslash goes on in the next. A byte order mark is passed over. Indices are from 1 on, or count back from the last vertex read so far;
-// what follows a slash is not looked at. Throws FileFault.
+// The statements v, f (or fo, as it once was) and l, in letters of any case; all others are passed over. A line that ends with
+// a backslash goes on in the next. A byte order mark is passed over. Indices are from 1 on, or count back from the last vertex
+// read so far; what follows a slash is not looked at. Throws FileFault.
 [[nodiscard]] MeshFile read_mesh(const std::filesystem::path& path);
 [[nodiscard]] MeshFile parse_mesh(std::string_view text);
 

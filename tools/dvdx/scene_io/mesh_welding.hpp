@@ -31,9 +31,9 @@ struct WeldedMesh {
   MeshFacts facts;
 };
 
-// weld: m, >= 0: vertices at most so far apart are one particle, which stands where the first of them does, and so are those that
-// others join so; none: no two are. Particles are in the order of their first vertices. Faces that fall together are one; those that
-// become a line are lines. A mesh without faces and lines keeps all vertices.
+// weld: m, >= 0: vertices at most so far apart are one particle, which stands where the first of them does, and so are those
+// that others join so; none: no two are. Particles are in the order of their first vertices. Faces that fall together are one;
+// those that become a line are lines. A mesh without faces and lines keeps all vertices.
 [[nodiscard]] WeldedMesh welded(const MeshFile& file, std::optional<double> weld, Unreferenced unreferenced);
 
 }  // namespace dvdx::tool

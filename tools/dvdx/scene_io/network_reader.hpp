@@ -46,8 +46,8 @@ class NetworkReader {
   [[nodiscard]] Vectors take_positions();
   [[nodiscard]] Scalars masses() const;
 
-  // Reads what remains, which may name any of a scene's particles, and hands all networks, their coupling, their fixed particles
-  // and their topology over to the scene, once. A network's method is the scene's where it names none.
+  // Reads what remains, which may name any of a scene's particles, and hands all networks, their coupling, their fixed
+  // particles and their topology over to the scene, once. A network's method is the scene's where it names none.
   void add_to(SceneFile& file, const Population& population);
 
   // Numbers of particles, or the words for those of the first grid.

@@ -7,8 +7,8 @@
 
 namespace dvdx::tool {
 
-// A file names its motions where the library numbers them, meshes' triangles stand in files of their own, and networks have the keys
-// of their coupling.
+// A file names its motions where the library numbers them, meshes' triangles stand in files of their own, and networks have the
+// keys of their coupling.
 [[nodiscard]] Error in_words_of(const SceneFile& file, Error error);
 [[nodiscard]] Fault fault_of(const SceneFile& file, Error error);
 

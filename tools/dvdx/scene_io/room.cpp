@@ -44,7 +44,8 @@ Room room_for(const json& scene, const ReadOptions& options) {
   return {.bytes_each = bytes_each(scene, options.scalar_bytes), .bytes = options.memory_bytes};
 }
 
-// The network of a scene that has one alone, which is stepped as a sheet; or null. Constraints, ropes and `accumulate` have lists.
+// The network of a scene that has one alone, which is stepped as a sheet; or null. Constraints, ropes and `accumulate` have
+// lists.
 const json* sheet_in(const json& scene, const ReadOptions& options) {
   const json* network = &scene["network"];
   if (network->is_array() && network->size() == 1) network = &(*network)[0];
@@ -55,8 +56,8 @@ const json* sheet_in(const json& scene, const ReadOptions& options) {
 }
 
 // Whether each of several ranks holds its own rows of a sheet alone. Lines and faces are whole on each, and so are values that
-// differ from particle to particle; and the first rank makes a plan of the whole where air, skins, torn springs or few sub-steps
-// ask for one.
+// differ from particle to particle; and the first rank makes a plan of the whole where air, skins, torn springs or few
+// sub-steps ask for one.
 bool is_held_by_rows(const json& scene, const json& sheet, const ReadOptions& options) {
   const bool has_plan = sheet.contains("aerodynamics") || sheet.contains("broken") || sheet.contains("tears_at") ||
                         sheet.value("substeps", json("auto")) != "auto" || !options.substeps.empty() || scene.contains("skins");

@@ -10,8 +10,8 @@ namespace dvdx::tool {
 
 inline constexpr std::size_t most_slices = 64;
 
-// Calls use(slice, first, end) for slices of the particles below count, one after the other or side by side. use must not throw.
-// How they are cut depends on count alone.
+// Calls use(slice, first, end) for slices of the particles below count, one after the other or side by side. use must not
+// throw. How they are cut depends on count alone.
 template <class Use>
 void for_each_slice(const ParallelFor& parallel, std::size_t count, const Use& use) {
   constexpr std::size_t least = std::size_t{1} << 14U;  // below it threads cost more than they save

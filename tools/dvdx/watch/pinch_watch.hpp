@@ -13,9 +13,9 @@
 
 namespace dvdx::tool {
 
-// One process looks, where the scene has two contacts or more. Any two of them differ in some bit of their numbers: of each bit,
-// those that have it and those that do not put particles out by themselves. One that both put out, in opposite directions, is
-// inside two surfaces.
+// One process looks, where the scene has two contacts or more. Any two of them differ in some bit of their numbers: of each
+// bit, those that have it and those that do not put particles out by themselves. One that both put out, in opposite directions,
+// is inside two surfaces.
 class PinchWatch {
  public:
   PinchWatch(const SceneFile& file, int ranks) : file_(file), looks_(ranks == 1 && file.scene.contacts.size() > 1) {}

@@ -13,8 +13,8 @@
 
 namespace dvdx::tool {
 
-// One process looks, where the scene has cloth that does not tear, and bodies beside planes. It looks at the middles of the sides
-// of the cloth's triangles, whose ends are free.
+// One process looks, where the scene has cloth that does not tear, and bodies beside planes. It looks at the middles of the
+// sides of the cloth's triangles, whose ends are free.
 class PokeWatch {
  public:
   PokeWatch(const SceneFile& file, int ranks);

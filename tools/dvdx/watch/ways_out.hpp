@@ -16,12 +16,12 @@ class WaysOut {
  public:
   static constexpr std::size_t at_once = 4096;  // particles
 
-  // surfaces: contacts, their motions and the origin, and nothing else; none of them pushes out. count: of the states' particles,
-  // at least 1.
+  // surfaces: contacts, their motions and the origin, and nothing else; none of them pushes out. count: of the states'
+  // particles, at least 1.
   WaysOut(const Scene& surfaces, std::size_t count);
 
-  // m: the way of each particle from `first` on, at most at_once of them, to where the surfaces put it at the state's time. Until
-  // the next call.
+  // m: the way of each particle from `first` on, at most at_once of them, to where the surfaces put it at the state's time.
+  // Until the next call.
   template <class T>
   [[nodiscard]] std::span<const Vec3> of(const State<T>& state, std::size_t first);
 

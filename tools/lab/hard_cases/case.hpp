@@ -53,8 +53,8 @@ struct KnownMiss {
   std::string_view reason;
 };
 
-// Where a bar runs. A run that takes a minute of a fast instruction set takes an hour of the reference: only_best_whole runs whole on
-// the best alone, and up to its first look on every one, for the bits.
+// Where a bar runs. A run that takes a minute of a fast instruction set takes an hour of the reference: only_best_whole runs
+// whole on the best alone, and up to its first look on every one, for the bits.
 enum class RunsOn { every_isa, best_isa, only_best_whole };
 
 // Met where the check's figure is at most `limit`.

@@ -491,8 +491,8 @@ struct ClothEnergy {
 };
 
 // 1e5 steps or a tenth; 1e4 in contracted arithmetic, and of leapfrog where it takes 71 or 224 sub-steps each. Looked at every
-// hundred: the largest coordinate over ten times the sheet's length, and the kinetic energy over 1.3 times the most that gravity
-// has given until then. The worse of both; not a number where any coordinate or velocity is not.
+// hundred: the largest coordinate over ten times the sheet's length, and the kinetic energy over 1.3 times the most that
+// gravity has given until then. The worse of both; not a number where any coordinate or velocity is not.
 template <class T>
 Worst lasting_cloth(CaseRun& way, std::span<const double> stiffnesses, const Coupling& coupling) {
   Worst worst;

@@ -33,8 +33,8 @@ inline constexpr std::array<Named<FrameTimes>, 5> frame_times{{{"even", FrameTim
                                                                {"33, 17, 17 ms", FrameTimes::in_turn},
                                                                {"250 ms now and then", FrameTimes::hitches}}};
 
-// A sheet of 2 m x 2 m and 1 kg, level at the start, under 9.81 m/s^2, in a plan for 60 steps a second. Where pins are driven it is
-// of 1 m x 1 m and hangs.
+// A sheet of 2 m x 2 m and 1 kg, level at the start, under 9.81 m/s^2, in a plan for 60 steps a second. Where pins are driven
+// it is of 1 m x 1 m and hangs.
 struct Setting {
   std::string_view group{};  // "kicked": what the runs of a group have in common
   Form form = Form::grid;

@@ -14,8 +14,8 @@ namespace dvdx::tool::tune {
 // Holds runs of a scene against its reference.
 class Judge {
  public:
-  // The reference is made so fine that an error of `goal` (relative) can be told. Where setup.end comes first, errors are of the
-  // first part of the run alone, or can not be told.
+  // The reference is made so fine that an error of `goal` (relative) can be told. Where setup.end comes first, errors are of
+  // the first part of the run alone, or can not be told.
   Judge(const SceneFile& file, double goal, const report::Setup& setup);
 
   // `change` is made to the scene in addition to what the candidate asks for.

@@ -12,9 +12,9 @@
 extern "C" {
 #endif
 
-// The sum of the normals of the triangles that meet at a particle, each weighed by its area, at unit length; zero where that sum
-// is. The sheet has particles first + row * columns + column; its cells are cut from (row, column) to (row + 1, column + 1).
-// to: three columns of the state's precision for rows * columns numbers, which share no memory with it.
+// The sum of the normals of the triangles that meet at a particle, each weighed by its area, at unit length; zero where that
+// sum is. The sheet has particles first + row * columns + column; its cells are cut from (row, column) to (row + 1, column +
+// 1). to: three columns of the state's precision for rows * columns numbers, which share no memory with it.
 DVDX_EXPORT dvdx_status dvdx_grid_normals(size_t rows, size_t columns, size_t first, const dvdx_state* state,
                                           const dvdx_column* to, dvdx_error* error);
 // The same of `count` triangles, three particles each, for every particle of the state: zero where no triangle is.

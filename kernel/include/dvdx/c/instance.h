@@ -11,9 +11,9 @@
 extern "C" {
 #endif
 
-// A state with all that belongs to it: what drives it, its wind, its frame time, what its springs carry on. Instances share what their
-// plan has compiled, and the plan may be destroyed after them or before. Any number of threads may step different ones at once. See
-// instance.hpp.
+// A state with all that belongs to it: what drives it, its wind, its frame time, what its springs carry on. Instances share
+// what their plan has compiled, and the plan may be destroyed after them or before. Any number of threads may step different
+// ones at once. See instance.hpp.
 typedef struct dvdx_instance dvdx_instance;
 typedef enum dvdx_arrival { DVDX_MOVING = 0, DVDX_JUMP } dvdx_arrival;
 
@@ -22,8 +22,8 @@ DVDX_EXPORT dvdx_status dvdx_instance_create(const dvdx_plan* plan, const dvdx_s
                                              dvdx_error* error);
 // A null pointer is fine.
 DVDX_EXPORT void dvdx_instance_destroy(dvdx_instance* instance);
-// "Be there at the end of the next step", or of the next call of advance; by DVDX_JUMP at once. As dvdx_plan_set_pose(), set_places()
-// and set_skin().
+// "Be there at the end of the next step", or of the next call of advance; by DVDX_JUMP at once. As dvdx_plan_set_pose(),
+// set_places() and set_skin().
 DVDX_EXPORT dvdx_status dvdx_instance_move_body(dvdx_instance* instance, size_t motion, const double* translation,
                                                 const double* rotation, dvdx_arrival arrival, dvdx_error* error);
 DVDX_EXPORT dvdx_status dvdx_instance_move_pins(dvdx_instance* instance, size_t kinematic, const double* places, size_t count,

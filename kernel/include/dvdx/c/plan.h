@@ -78,8 +78,8 @@ typedef struct dvdx_network_limit {
   double side;           // m, of sequential: of the net that is estimated to be worst off; 0 where nothing hangs
   double rest_error;     // m: how much too low it hangs
   double motion_error;   // m: how far it is off in a swing
-  // s, of sequential that chooses its sub-steps: none is longer. It was chosen when the plan was made, and changes keep it; a plan
-  // of the changed scene has the same bits where its coupling names it. 0 for others.
+  // s, of sequential that chooses its sub-steps: none is longer. It was chosen when the plan was made, and changes keep it; a
+  // plan of the changed scene has the same bits where its coupling names it. 0 for others.
   double longest_substep;
 } dvdx_network_limit;
 
@@ -207,9 +207,9 @@ DVDX_EXPORT dvdx_status dvdx_workspace_set_places(dvdx_workspace* workspace, siz
 DVDX_EXPORT dvdx_status dvdx_workspace_set_skin(dvdx_workspace* workspace, size_t skin, const double* points,
                                                 const double* normals, size_t count, dvdx_error* error);
 
-// As a jump: it is there when the next step begins, nothing between is swept, and a target that waited is dropped. It rests in that
-// step, unless one of the functions above follows before it: then it goes from here to there. The state's own positions are the
-// program's to carry along.
+// As a jump: it is there when the next step begins, nothing between is swept, and a target that waited is dropped. It rests in
+// that step, unless one of the functions above follows before it: then it goes from here to there. The state's own positions
+// are the program's to carry along.
 DVDX_EXPORT dvdx_status dvdx_plan_jump_pose(dvdx_plan* plan, size_t motion, const double* translation, const double* rotation,
                                             dvdx_error* error);
 DVDX_EXPORT dvdx_status dvdx_plan_jump_places(dvdx_plan* plan, size_t kinematic, const double* places, size_t count,
@@ -247,7 +247,8 @@ typedef struct dvdx_state_check {
   size_t not_finite;        // particles whose place or velocity is infinite or not a number
   size_t first_not_finite;  // where there are any
 } dvdx_state_check;
-// One pass over the particles and one over what joins them. DVDX_COUNT_DIFFERS where the state is not of as many particles as the plan.
+// One pass over the particles and one over what joins them. DVDX_COUNT_DIFFERS where the state is not of as many particles as
+// the plan.
 DVDX_EXPORT dvdx_status dvdx_plan_check(const dvdx_plan* plan, const dvdx_state* state, dvdx_state_check* check,
                                         dvdx_error* error);
 
@@ -269,9 +270,9 @@ DVDX_EXPORT dvdx_status dvdx_plan_meetings(const dvdx_plan* plan, const dvdx_wor
 
 // Changes. Each makes again what it touches, and changes nothing where it fails. Not while another thread steps with this plan;
 // clones keep what they had. Rest lengths and anchors at the start stay what they were.
-// Another step, in s. Steps then vary: networks by `sequential` keep the sub-steps of the step that the plan was compiled for, and
-// a longer step takes more of them. One that would take more than the coupling's most_substeps is cut to the longest step that
-// these keep stable: dvdx_plan_step_size() says which.
+// Another step, in s. Steps then vary: networks by `sequential` keep the sub-steps of the step that the plan was compiled for,
+// and a longer step takes more of them. One that would take more than the coupling's most_substeps is cut to the longest step
+// that these keep stable: dvdx_plan_step_size() says which.
 DVDX_EXPORT dvdx_status dvdx_plan_set_step(dvdx_plan* plan, double step, dvdx_error* error);
 // The plan's force, or contact, `index` becomes force, or contact, `from` of a scene. In a plan that was compiled without
 // networks, constraints, skins and followers of a motion a contact takes no motion.
@@ -301,8 +302,8 @@ DVDX_EXPORT dvdx_status dvdx_plan_fix(dvdx_plan* plan, size_t particle, dvdx_err
 DVDX_EXPORT dvdx_status dvdx_plan_release(dvdx_plan* plan, size_t particle, dvdx_error* error);
 // Tears what the plan's network `index` joins two particles by, for good.
 DVDX_EXPORT dvdx_status dvdx_plan_break_spring(dvdx_plan* plan, size_t index, uint32_t a, uint32_t b, dvdx_error* error);
-// Tears every spring of the plan's network `index` that in this state is longer than `stretch` (> 1) times its rest length; says
-// in *torn (which may be null) how many those were.
+// Tears every spring of the plan's network `index` that in this state is longer than `stretch` (> 1) times its rest length;
+// says in *torn (which may be null) how many those were.
 DVDX_EXPORT dvdx_status dvdx_plan_tear(dvdx_plan* plan, size_t index, double stretch, const dvdx_state* state, size_t* torn,
                                        dvdx_error* error);
 

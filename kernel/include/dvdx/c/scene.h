@@ -353,7 +353,8 @@ DVDX_EXPORT dvdx_status dvdx_scene_add_convex(dvdx_scene* scene, const dvdx_conv
 DVDX_EXPORT dvdx_status dvdx_scene_add_mesh(dvdx_scene* scene, const dvdx_mesh* contact, dvdx_error* error);
 
 DVDX_EXPORT dvdx_status dvdx_scene_add_motion(dvdx_scene* scene, const dvdx_motion* motion, dvdx_error* error);
-// To key `key` of a motion that is there, no way leads from the key before: its pose is held until then, and nothing between is swept.
+// To key `key` of a motion that is there, no way leads from the key before: its pose is held until then, and nothing between is
+// swept.
 DVDX_EXPORT dvdx_status dvdx_scene_set_jump(dvdx_scene* scene, size_t motion, size_t key, dvdx_error* error);
 DVDX_EXPORT dvdx_status dvdx_scene_add_kinematic(dvdx_scene* scene, const dvdx_kinematic* followers, dvdx_error* error);
 // A contact that is there follows a motion, which carries it from where it was added. Both count from 0.

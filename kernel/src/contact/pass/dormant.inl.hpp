@@ -1,6 +1,6 @@
 // Lanes on surfaces that a step has left as they were, to the last bit. Where the steps of a call are alike, each further one
-// would, too: what lies in a corner is worked out once in a call. A register of such lanes alone is passed over; of one that has
-// others, all are moved, and those that were still are put back.
+// would, too: what lies in a corner is worked out once in a call. A register of such lanes alone is passed over; of one that
+// has others, all are moved, and those that were still are put back.
 #pragma once
 
 #include <array>
@@ -32,7 +32,8 @@ class Dormant {
   using T = Scalar<V>;
 
  public:
-  // Looks for none where steps differ, as surfaces move or forces depend on time, and where contacts are told: what lies presses.
+  // Looks for none where steps differ, as surfaces move or forces depend on time, and where contacts are told: what lies
+  // presses.
   Dormant(const Block<T>& particles, const Terms<T>& terms, const Steps<T>& steps) noexcept
       : looks_(steps.count > 1 && steps.offsets_per_step == 0 && !terms.moves && particles.log == nullptr &&
                particles.count <= max_block) {}

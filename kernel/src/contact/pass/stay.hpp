@@ -1,9 +1,9 @@
 // Particles that stand still under the pulses of a network, and stay.
 //
-// Pulse.   Springs act between flows, by a velocity at one time; gravity and what holds a particle act all through a flow. Pulled
-//          along a surface by a pulse h F, a particle that friction should hold is braked only in the flow after it, and goes
-//          F h^2/2 on the way, in each sub-step again: a creep of F h/2. Pulses of fourth_order besides differ, one of them is
-//          negative, and two flows go back. In none of them does what a flow sees tell what a sub-step does.
+// Pulse.   Springs act between flows, by a velocity at one time; gravity and what holds a particle act all through a flow.
+//          Pulled along a surface by a pulse h F, a particle that friction should hold is braked only in the flow after it, and
+//          goes F h^2/2 on the way, in each sub-step again: a creep of F h/2. Pulses of fourth_order besides differ, one of
+//          them is negative, and two flows go back. In none of them does what a flow sees tell what a sub-step does.
 // Rule.    A particle that stands still where a flow ends, v = V of the surface that it is on, is judged by the impulse of a
 //          whole sub-step,
 //            P = (v - V) / b + g / a,

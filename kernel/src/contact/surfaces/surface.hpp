@@ -32,9 +32,9 @@
 //          In a network pulses of springs press what rests onto the surface, at any speed, or lift it. A particle that the
 //          other forces press more than springs lift is back within a sub-step s, so it lay there too if it starts no higher
 //          than these forces, n.(v1 - v0)/t = b, make it fall in s, b s^2 / 2, and comes no faster than by b s.
-//          The sweeps of generalized alpha also move positions, by x_b (b - a) of springs/sweep/sweep_scheme.cpp, before the flow.
-//          Contacts see the way from where the flow before ended, as the flow's own, so that what rests starts on the surface.
-//          And what has just hit a surface may be held by it, however deep inside a poor root of the path has left it.
+//          The sweeps of generalized alpha also move positions, by x_b (b - a) of springs/sweep/sweep_scheme.cpp, before the
+//          flow. Contacts see the way from where the flow before ended, as the flow's own, so that what rests starts on the
+//          surface. And what has just hit a surface may be held by it, however deep inside a poor root of the path has left it.
 //          Energy with `resume`, e = tau = 1, mu = 0 and constant acceleration a_n: x1 and v1 become x1 + (1-f) t dv and
 //          v1 + dv with dv = -2 v_n n, so E' - E = 2 v_n (v_n - n.v1 + (1-f) t a_n) = 0 for any f, as v is linear in time.
 //          `resume` goes on with the remaining step as a new path, on which every surface is looked for again; the one just
@@ -64,12 +64,13 @@
 // Pinch.   Facing surfaces, 1 + kappa <= mu^2 (1 - kappa) (a wedge of half its opening, tan^2 = (1 + kappa)/(1 - kappa), which
 //          friction jams), that leave a particle no room where it starts: s_a + s_b < 0 there. It goes to the middle,
 //            x + m (n_a - n_b),  m = (s_b - s_a)/(2 (1 - kappa)),
-//          and each of them would have to bring it across delta = -(s_a + s_b) within t, from rest to rest: a push 2 delta/t and
-//          one that stops it. Friction takes up to (mu_a + mu_b) 4 delta/t off what it moves along them, against the mean of
-//          their velocities. All of it: it is where the mean of what they carry its start along to leaves it.
-// Out.     A surface with a speed p leads a particle that starts the flow inside it, s0 < 0 by more than rounding, out along its
-//          normal: the flow ends at s = s0 + p t, or where that is outside as it would, but at 0 <= s <= s0 + p t. The velocity along the normal becomes what of it lies in 0..p, at the start
-//          (else a pulse that presses onto a round body would push along it at the end, and heat) and at the end; friction
+//          and each of them would have to bring it across delta = -(s_a + s_b) within t, from rest to rest: a push 2 delta/t
+//          and one that stops it. Friction takes up to (mu_a + mu_b) 4 delta/t off what it moves along them, against the mean
+//          of their velocities. All of it: it is where the mean of what they carry its start along to leaves it.
+// Out.     A surface with a speed p leads a particle that starts the flow inside it, s0 < 0 by more than rounding, out along
+//          its normal: the flow ends at s = s0 + p t, or where that is outside as it would, but at 0 <= s <= s0 + p t. The
+//          velocity along the normal becomes the part of it that lies in 0..p, at the start (else a pulse that presses onto a
+//          round body would push along it at the end, and heat) and at the end; friction
 //          takes from the rest what it would from an impact by the part that leads in. Neither impacts on this surface are
 //          looked for in the flow, nor is the particle put onto it; all else is as for any particle on that path. A particle
 //          inside two surfaces that face each other leaves none, and goes to the middle.
@@ -92,7 +93,8 @@
 
 namespace dvdx {
 
-// Switches that depend on it name every shape, in all builds by -Werror=switch; docs/design.md lists what the compiler cannot see.
+// Switches that depend on it name every shape, in all builds by -Werror=switch; docs/design.md lists what the compiler cannot
+// see.
 enum class Shape : std::uint8_t { plane, sphere, capsule, box, convex, mesh };
 
 enum class Movement : std::uint8_t { rest, shifts, turns };

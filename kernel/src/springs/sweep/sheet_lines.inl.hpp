@@ -11,7 +11,7 @@
 namespace dvdx {
 namespace {
 
-// ---- meet --------------------------------------------------------------------------------------------------------------------
+// ---- meet -------------------------------------------------------------------------------------------------------------------
 
 template <class V, template <class, Damping> class Made, Damping damping, Arithmetic arithmetic>
 class LineMeeting {
@@ -113,7 +113,7 @@ class LineMeeting {
   V h_;
 };
 
-// ---- give --------------------------------------------------------------------------------------------------------------------
+// ---- give -------------------------------------------------------------------------------------------------------------------
 
 template <class V, Arithmetic arithmetic>
 class LineGiving {
@@ -152,7 +152,7 @@ class LineGiving {
   const T* w_;
 };
 
-// ---- a sheet's lines -----------------------------------------------------------------------------------------------------------
+// ---- a sheet's lines --------------------------------------------------------------------------------------------------------
 
 template <class V, Arithmetic arithmetic>
 void solve_sheet_lines(const SweepTerms<Scalar<V>>& sweep, const WorkColumns<Scalar<V>>& work, const LinePart& part,

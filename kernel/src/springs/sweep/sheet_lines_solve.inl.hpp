@@ -104,8 +104,8 @@ class LineTension {
     });
   }
 
-  // u becomes what the spring moves its ends by, and is remembered where it is redirected. turns: whether planes hold what turns
-  // it.
+  // u becomes what the spring moves its ends by, and is remembered where it is redirected. turns: whether planes hold what
+  // turns it.
   void add_up(std::size_t row, std::size_t phase, std::size_t from, std::size_t to, bool turns) const noexcept {
     const std::size_t e = lines_.element(row, phase);
     const LineStrand& strand = lines_.strand(row, phase);

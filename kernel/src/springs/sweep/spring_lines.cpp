@@ -10,14 +10,14 @@
 #include "work/columns.hpp"
 
 // A forward and a backward sweep leave a row of n stiff springs as soft as if each carried the force of about n of them: with
-// k T >> 1, T the square of the time that sweeps look ahead by (springs/sweep/sweep_scheme.cpp), what hangs on the row sinks by g T times
-// some power of n, whatever k is. Solved at once, a row holds what hangs on it. Springs j = 0..m-1 of a line join its particles
-// p_0..p_m; u_j their directions at the present shift, w_j the inverse mass of p_j, k_j = kappa + eta, c_j = u_(j-1).u_j,
-// g_j - lambda_j what a sweep's visit would leave of spring j. The y_j that are added to lambda solve
+// k T >> 1, T the square of the time that sweeps look ahead by (springs/sweep/sweep_scheme.cpp), what hangs on the row sinks by
+// g T times some power of n, whatever k is. Solved at once, a row holds what hangs on it. Springs j = 0..m-1 of a line join its
+// particles p_0..p_m; u_j their directions at the present shift, w_j the inverse mass of p_j, k_j = kappa + eta, c_j =
+// u_(j-1).u_j, g_j - lambda_j what a sweep's visit would leave of spring j. The y_j that are added to lambda solve
 //   (1/k_j + w_j + w_(j+1)) y_j - w_j c_j y_(j-1) - w_(j+1) c_(j+1) y_(j+1) = (g_j - lambda_j)/k_j
-// and move each particle by  w_j (y_(j-1) u_(j-1) - y_j u_j): forces along springs, so that both momenta are kept as sweeps keep
-// them. This is a block of a symmetric block Gauss-Seidel: with families of lines to and fro between the sweeps, S = -G x_f still
-// has a symmetric G between 0 and 1, and what springs/sweep/sweep_scheme.cpp says of linear springs holds.
+// and move each particle by  w_j (y_(j-1) u_(j-1) - y_j u_j): forces along springs, so that both momenta are kept as sweeps
+// keep them. This is a block of a symmetric block Gauss-Seidel: with families of lines to and fro between the sweeps, S = -G
+// x_f still has a symmetric G between 0 and 1, and what springs/sweep/sweep_scheme.cpp says of linear springs holds.
 //
 // Elimination from one end, each row times k_j. The spring before leaves the share L of a particle's w, so that
 //   left_j = L w_j,   p_j = 1/k_j + left_j + w_(j+1),   L_(j+1) = 1 - w_(j+1) c_(j+1)^2 / p_j
@@ -28,27 +28,28 @@
 // P_j >= 1: no pivot, and float32 holds. A spring without length, torn, or at a bad particle has u = 0 and k = 0: E = P = 1,
 // L = 1, y = 0, and the line goes on behind it as if it began there. A fixed particle cuts it likewise: w = 0.
 //
-// Tension turns springs. At fixed directions it would act across a line as it stands before the sub-step, by up to 4 gamma w times
-// that, gamma_j = max(0, -lambda_j)/r_j: a rope of light links with a load on it would zigzag for ever, and hang 33 m too deep.
-// So what moves the ends of a spring across it is eased by the stiffness of tension, solved along the line as y is, with the same
-// elimination at c = 1: impulses q_j of a spring on its ends besides y_j u_j,
+// Tension turns springs. At fixed directions it would act across a line as it stands before the sub-step, by up to 4 gamma w
+// times that, gamma_j = max(0, -lambda_j)/r_j: a rope of light links with a load on it would zigzag for ever, and hang 33 m too
+// deep. So what moves the ends of a spring across it is eased by the stiffness of tension, solved along the line as y is, with
+// the same elimination at c = 1: impulses q_j of a spring on its ends besides y_j u_j,
 //   (1 + gamma_j (w_j + w_(j+1))) q_j - gamma_j w_j q_(j-1) - gamma_j w_(j+1) q_(j+1)
 //     = gamma_j (w_j y_(j-1) (u_(j-1) - c_j u_j) + w_(j+1) y_(j+1) (u_(j+1) - c_(j+1) u_j))
-// so that a spring's force leads where the spring leads then. Where gamma_j (w_j + w_(j+1)) is not above least_turning, gamma_j is
-// taken as 0: what is stable at fixed directions pays nothing.
+// so that a spring's force leads where the spring leads then. Where gamma_j (w_j + w_(j+1)) is not above least_turning, gamma_j
+// is taken as 0: what is stable at fixed directions pays nothing.
 //
 // The force of a line's spring leads where the spring leads when the line is solved. Lines of other families then move its
 // particles across it, by up to gamma w times as much as they are off: a sheet that falls into place from flat swings about its
-// corners for ever. So where a sheet's springs turn far under their load, what lines gave a spring, y u + q in all of their solves,
-// is kept as a vector f, and the spring's backward visit redirects it: with u the direction then, f - (f.u) u is taken away, eased
-// as one spring's turn is, by 1 / (1 + gamma (w_a + w_b)). To first order force and spring are parallel after the visit. A pressed
-// spring's f is redirected too where it would turn the spring by less than half of what it is off. Beyond that the spring buckles,
-// and f that follows it gives energy (8 of 224 random sheets gained up to two of their weight times their side; 0 of 372 without).
-// Measured on sheets from flat: forces of the forward sweep need none of it; f that is redirected only where it is near the spring,
-// or only under tension, leaves sheets swinging; f that is taken back for the spring to be solved anew explodes from sides of 48 on.
+// corners for ever. So where a sheet's springs turn far under their load, what lines gave a spring, y u + q in all of their
+// solves, is kept as a vector f, and the spring's backward visit redirects it: with u the direction then, f - (f.u) u is taken
+// away, eased as one spring's turn is, by 1 / (1 + gamma (w_a + w_b)). To first order force and spring are parallel after the
+// visit. A pressed spring's f is redirected too where it would turn the spring by less than half of what it is off. Beyond that
+// the spring buckles, and f that follows it gives energy (8 of 224 random sheets gained up to two of their weight times their
+// side; 0 of 372 without). Measured on sheets from flat: forces of the forward sweep need none of it; f that is redirected only
+// where it is near the spring, or only under tension, leaves sheets swinging; f that is taken back for the spring to be solved
+// anew explodes from sides of 48 on.
 //
-// Sheets take the families V H D D' H V and the diagonals' second once; all others take all of theirs to and fro, so that no line's
-// bits depend on families that it does not touch.
+// Sheets take the families V H D D' H V and the diagonals' second once; all others take all of theirs to and fro, so that no
+// line's bits depend on families that it does not touch.
 
 namespace dvdx {
 namespace {
@@ -57,7 +58,7 @@ constexpr std::uint32_t none = 0xffffffff;
 
 }  // namespace
 
-// ---- sheets -------------------------------------------------------------------------------------------------------------------
+// ---- sheets -----------------------------------------------------------------------------------------------------------------
 
 LineForces line_forces(double turning) noexcept {
   const bool turns_far = turning > most_turning_that_stays && turning <= most_turning_to_redirect;
@@ -101,7 +102,7 @@ SheetLines lines_of_sheets(const ParticleOrder& order, std::size_t rows, std::si
   return lines;
 }
 
-// ---- lists --------------------------------------------------------------------------------------------------------------------
+// ---- lists ------------------------------------------------------------------------------------------------------------------
 
 LineRooms ListLines::rooms(bool may_share_work) const noexcept {
   if (empty()) return {};

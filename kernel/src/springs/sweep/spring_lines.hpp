@@ -1,5 +1,5 @@
-// Lines of springs that `sequential` solves at once between its sweeps: which there are, in families that share no particle, and
-// how a pass finds their particles and springs.
+// Lines of springs that `sequential` solves at once between its sweeps: which there are, in families that share no particle,
+// and how a pass finds their particles and springs.
 #pragma once
 
 #include <cstddef>
@@ -41,15 +41,15 @@ class LineVisits {
   std::size_t families_, count_;
 };
 
-// By how far springs turn in a sub-step under their load (SweepEstimate::turning). Up to the first of them a net comes to rest by
-// forces that stay, up to the second a sheet by redirected ones. Beyond the third these swing faster than those that stay.
+// By how far springs turn in a sub-step under their load (SweepEstimate::turning). Up to the first of them a net comes to rest
+// by forces that stay, up to the second a sheet by redirected ones. Beyond the third these swing faster than those that stay.
 inline constexpr double most_turning_that_stays = 2;
 inline constexpr double most_turning_redirected = 7;
 inline constexpr double most_turning_to_redirect = 14;
 [[nodiscard]] LineForces line_forces(double turning) noexcept;
 
-// Lines of a stack of sheets that are alike: down the columns, along the rows and along both diagonals, as far as there are springs
-// of these directions.
+// Lines of a stack of sheets that are alike: down the columns, along the rows and along both diagonals, as far as there are
+// springs of these directions.
 struct SheetLines {
   std::vector<LineFamily> families;
   std::vector<LineStrand> strands;

@@ -17,8 +17,8 @@ struct LineSpring {
   V kappa, eta, l, lambda;
 };
 
-// One line in each lane, whose particles are read in records. It is asked for particles and springs in ascending order, and then
-// for shifts and lambdas in descending order.
+// One line in each lane, whose particles are read in records. It is asked for particles and springs in ascending order, and
+// then for shifts and lambdas in descending order.
 template <class V>
 class LinesInLanes {
  public:
@@ -108,7 +108,7 @@ class LinesInLanes {
   std::size_t lane_;
 };
 
-// ---- the solve ----------------------------------------------------------------------------------------------------------------
+// ---- the solve --------------------------------------------------------------------------------------------------------------
 
 // A register of lines. Elimination is a chain of roundings from spring to spring: several registers go side by side.
 template <class V, Arithmetic arithmetic>

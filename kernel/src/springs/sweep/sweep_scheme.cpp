@@ -34,17 +34,17 @@
 // Steps that change. Springs that the sweeps do not solve have a G that hardly depends on T, and the stiffness G/T. With T of
 // each sub-step it would change by the square of the step's ratio: a chain whose steps alternate 1:2 grows by up to 1.012 a
 // sub-step, 1:4 by 1.46, and its rest would depend on the step. So T and e are those of the longest sub-step s_ref for every
-// sub-step, kappa = k T, eta = c e_ref are made once, and f = S/T is one force law: the scheme is the explicit generalized alpha
-// (Hulbert and Chung, Comput. Methods Appl. Mech. Eng. 137 (1996) 175) on springs no stiffer than it takes at s_ref. All else is
-// of the sub-step s that is taken. With q = T/e_ref,
+// sub-step, kappa = k T, eta = c e_ref are made once, and f = S/T is one force law: the scheme is the explicit generalized
+// alpha (Hulbert and Chung, Comput. Methods Appl. Mech. Eng. 137 (1996) 175) on springs no stiffer than it takes at s_ref. All
+// else is of the sub-step s that is taken. With q = T/e_ref,
 //   h = q - sigma s,   u_a = (q (nu s + e - e_ref) - tau s^2) / h
 // where e - e_ref keeps damping of second order. Sub-steps longer than s_ref there are none: a longer step is cut into more.
 // Where steps vary T is 1.5 times as long: in a search of all patterns of 1 to 5 sub-steps of 0.12 to 1 s_ref the worst mode of
 // rho 0 grows by 1.089 a sub-step at 1, by 1.018 at 1.5; and rho has no shelf, on which soft sheets heat.
 //
 // A sub-step that has no a to start from is a theta scheme with 0.7, which heats in 2 of 420 runs if every sub-step is one, in
-// the same form: a = 0, T = theta^2 s_ref^2, P = (theta - 1/2) s v, v += s b and x += (theta - 1/2) s^2 b. A force made from the
-// positions would not do: they hold what the sweeps left unsolved, times k.
+// the same form: a = 0, T = theta^2 s_ref^2, P = (theta - 1/2) s v, v += s b and x += (theta - 1/2) s^2 b. A force made from
+// the positions would not do: they hold what the sweeps left unsolved, times k.
 
 namespace dvdx {
 namespace {
@@ -127,8 +127,8 @@ GeneralizedAlpha generalized_alpha(double rho, const SubstepLength& substep) {
                     .x_b = sigma * sigma * s * s}};
 }
 
-// The part that sweeps leave unsolved grows with T. T/s^2 grows with s, as rho falls: a sub-step that is shorter by the ratio of both t
-// has a T that is no longer.
+// The part that sweeps leave unsolved grows with T. T/s^2 grows with s, as rho falls: a sub-step that is shorter by the ratio
+// of both t has a T that is no longer.
 double as_stiff_where_uneven(double substep, double frequency) {
   if (std::isinf(substep)) return substep;
   const auto t_of = [&](Pace pace) {
