@@ -14,7 +14,7 @@
 #include "dvdx/plan.hpp"
 #include "kernel/passes/cloths.hpp"
 #include "kernel/passes/joined_run.hpp"
-#include "skin/balls.hpp"
+#include "skin/tethers.hpp"
 #include "support/close.hpp"
 #include "support/isas.hpp"
 

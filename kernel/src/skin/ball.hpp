@@ -1,5 +1,5 @@
 // Particles that may not leave a ball, or not enter one: near a skin, in front of it, on a tether. The balls move.
-// Which particle is tethered to which: tethers_of() in skin/balls.hpp.
+// Which particle is tethered to which: skin/tethers.hpp.
 #pragma once
 
 #include <array>

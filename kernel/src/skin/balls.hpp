@@ -70,11 +70,4 @@ extern template class Balls<double>;
 
 [[nodiscard]] std::vector<SkinStart> skin_starts(const Scene& scene, std::span<const Vec3> start);
 
-// The nearest fixed or kinematic particle of each particle of a network, and how far it is along whole springs.
-struct TetherTo {
-  std::optional<std::uint32_t> anchor{};  // none: no spring leads to one
-  double length = 0;                      // m
-};
-[[nodiscard]] std::vector<TetherTo> tethers_of(std::span<const JoinedPair> springs, std::span<const double> w);
-
 }  // namespace dvdx
