@@ -261,21 +261,21 @@ Cut cut_of_pairs(std::span<const Pair> springs, std::span<const std::uint32_t> o
   Cut cut{.ranks = ranks};
   std::vector<std::uint64_t> particles(ranks), reaching(ranks), halo(ranks), neighbours(ranks);
   for (const auto of : owner) ++particles[of];
-  std::vector<std::tuple<std::uint32_t, std::uint32_t, std::uint32_t>> told;  // rank, by which, which particle
+  std::vector<std::tuple<std::uint32_t, std::uint32_t, std::uint32_t>> received;  // rank, by which, which particle
   for (const auto& [a, b] : springs) {
     ++reaching[owner[a]];
     if (owner[a] == owner[b]) continue;
     ++reaching[owner[b]];
     ++cut.cut_springs;
-    told.emplace_back(owner[a], owner[b], static_cast<std::uint32_t>(b));
-    told.emplace_back(owner[b], owner[a], static_cast<std::uint32_t>(a));
+    received.emplace_back(owner[a], owner[b], static_cast<std::uint32_t>(b));
+    received.emplace_back(owner[b], owner[a], static_cast<std::uint32_t>(a));
   }
-  std::sort(told.begin(), told.end());
-  told.erase(std::unique(told.begin(), told.end()), told.end());
-  for (std::size_t n = 0; n < told.size(); ++n) {
-    const auto& [rank, by, particle] = told[n];
+  std::sort(received.begin(), received.end());
+  received.erase(std::unique(received.begin(), received.end()), received.end());
+  for (std::size_t n = 0; n < received.size(); ++n) {
+    const auto& [rank, by, particle] = received[n];
     ++halo[rank];
-    const bool is_new = n == 0 || std::get<0>(told[n - 1]) != rank || std::get<1>(told[n - 1]) != by;
+    const bool is_new = n == 0 || std::get<0>(received[n - 1]) != rank || std::get<1>(received[n - 1]) != by;
     if (is_new) ++neighbours[rank];
   }
   for (std::size_t r = 0; r < ranks; ++r) take(cut, particles[r], reaching[r], halo[r], neighbours[r], 1);

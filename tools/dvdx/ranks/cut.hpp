@@ -1,5 +1,5 @@
 // A scene's particles shared out among ranks, by counting: who has how many, which springs lead from one to another, and what
-// is told across them.
+// is sent across them.
 #pragma once
 
 #include <array>
@@ -30,15 +30,15 @@ struct Cut {
   std::uint64_t particles = 0;   // of the rank with most
   std::uint64_t fewest = 0;      // of the rank with fewest
   std::uint64_t springs = 0;     // that reach a particle of the rank with most of them
-  std::uint64_t halo = 0;        // particles of others that the rank with most of them is told
+  std::uint64_t halo = 0;        // particles of others that the rank with most of them receives
   std::uint64_t neighbours = 0;  // of the rank with most
   std::uint64_t all_particles = 0;
   std::uint64_t all_springs = 0;
   std::uint64_t cut_springs = 0;     // between ranks, each once
   std::uint64_t all_halo = 0;        // over all ranks
-  std::uint64_t all_neighbours = 0;  // likewise: messages a telling
+  std::uint64_t all_neighbours = 0;  // likewise: messages an exchange
 
-  // That are told of together, positions too, by parts whose halo is so many times as deep (dvdx/partition.hpp).
+  // That are sent together, positions too, by parts whose halo is so many times as deep (dvdx/partition.hpp).
   std::uint64_t pulses = 1;
 
   // Particles of the fullest rank over the mean.

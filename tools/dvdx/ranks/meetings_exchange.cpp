@@ -12,15 +12,15 @@ MeetingsExchange::MeetingsExchange(Ranks& ranks, const Scene& whole, std::vector
   counts[static_cast<std::size_t>(ranks.rank())] = part.own;
   ranks.sum(counts);
   for (const std::uint64_t count : counts) first_.push_back(first_.back() + count);
-  told_.resize(first_.back());
+  sent_.resize(first_.back());
   std::size_t next = first_[static_cast<std::size_t>(ranks.rank())];
   for (std::size_t k = 0; k < part.particles.size(); ++k) {
-    if (part.is_own[k] != 0) told_[next++] = part.particles[k];
+    if (part.is_own[k] != 0) sent_[next++] = part.particles[k];
   }
   for (int rank = 0; rank < ranks.count(); ++rank) {
     const auto r = static_cast<std::size_t>(rank);
     if (counts[r] == 0) continue;
-    ranks.broadcast(rank, std::as_writable_bytes(std::span(told_).subspan(first_[r], counts[r])));
+    ranks.broadcast(rank, std::as_writable_bytes(std::span(sent_).subspan(first_[r], counts[r])));
   }
 }
 
@@ -28,14 +28,14 @@ SharedMeetings MeetingsExchange::shared() noexcept {
   return {.whole = &whole_,
           .start = start_,
           .numbers = part_.particles,
-          .told = told_,
+          .told = sent_,
           .first = first_[static_cast<std::size_t>(ranks_.rank())],
           .context = this,
-          .tell = tell};
+          .tell = send};
 }
 
-// A rank without particles neither tells nor is told.
-void MeetingsExchange::tell(void* context, std::byte* records, std::size_t each) noexcept {
+// A rank without particles neither sends nor receives.
+void MeetingsExchange::send(void* context, std::byte* records, std::size_t each) noexcept {
   auto& self = *static_cast<MeetingsExchange*>(context);
   const auto of = [&](int rank) {
     const auto r = static_cast<std::size_t>(rank);

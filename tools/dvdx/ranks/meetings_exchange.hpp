@@ -1,4 +1,4 @@
-// Particles that meet, stepped by several ranks: each tells all others where its own have got in a sub-step, and works out the
+// Particles that meet, stepped by several ranks: each sends all others where its own have got in a sub-step, and works out the
 // meetings of all (dvdx/elsewhere.hpp).
 #pragma once
 
@@ -25,13 +25,13 @@ class MeetingsExchange {
   [[nodiscard]] double waited_seconds() const noexcept { return waited_seconds_; }
 
  private:
-  static void tell(void* context, std::byte* records, std::size_t each) noexcept;
+  static void send(void* context, std::byte* records, std::size_t each) noexcept;
 
   Ranks& ranks_;
   const Scene& whole_;
   const Part& part_;
   std::vector<Vec3> start_;
-  std::vector<std::uint32_t> told_;  // numbers, one rank's own behind another's
+  std::vector<std::uint32_t> sent_;  // numbers, one rank's own behind another's
   std::vector<std::size_t> first_;   // of each rank there, and the end
   double waited_seconds_ = 0;
 };

@@ -20,15 +20,15 @@ void meet_all(const Ranks& ranks, const Use& use) {
   for (int round = 0; round < count; ++round) use((round - ranks.rank() + count) % count);
 }
 
-void swap(Ranks& ranks, int other, std::span<const std::byte> told, std::span<std::byte> heard) {
+void swap(Ranks& ranks, int other, std::span<const std::byte> sent, std::span<std::byte> received) {
   if (other == ranks.rank()) {
-    if (!told.empty()) std::memcpy(heard.data(), told.data(), told.size());
+    if (!sent.empty()) std::memcpy(received.data(), sent.data(), sent.size());
   } else if (ranks.rank() < other) {
-    ranks.send(other, told);
-    ranks.receive(other, heard);
+    ranks.send(other, sent);
+    ranks.receive(other, received);
   } else {
-    ranks.receive(other, heard);
-    ranks.send(other, told);
+    ranks.receive(other, received);
+    ranks.send(other, sent);
   }
 }
 
@@ -113,10 +113,10 @@ RangeExchange::RangeExchange(Ranks& ranks, std::size_t all, std::span<const std:
   meet_all(ranks, [&](int other) {
     const auto& list = wanted[static_cast<std::size_t>(other)];
     auto& given = given_[static_cast<std::size_t>(other)];
-    const std::uint64_t told = list.size();
-    std::uint64_t heard = 0;
-    swap(ranks, other, bytes_in(told), writable_bytes_in(heard));
-    given.resize(heard);
+    const std::uint64_t sent = list.size();
+    std::uint64_t received = 0;
+    swap(ranks, other, bytes_in(sent), writable_bytes_in(received));
+    given.resize(received);
     swap(ranks, other, std::as_bytes(std::span(list)), std::as_writable_bytes(std::span(given)));
   });
 }
@@ -126,29 +126,29 @@ RangeExchange RangeExchange::in_order(Ranks& ranks, std::span<const std::int64_t
   ranks.sum(std::span(&all, 1));
   RangeExchange exchange(ranks, all);
   const auto starts = starts_of_ranges(ranks, numbers, all);
-  std::vector<std::vector<std::int64_t>> heard(starts.size());
+  std::vector<std::vector<std::int64_t>> received(starts.size());
   meet_all(ranks, [&](int other) {
     const auto rank = static_cast<std::size_t>(other);
     const std::size_t first = below(numbers, starts[rank]);
     const std::size_t end = rank + 1 < starts.size() ? below(numbers, starts[rank + 1]) : numbers.size();
-    const std::uint64_t told = end - first;
+    const std::uint64_t sent = end - first;
     std::uint64_t coming = 0;
-    swap(ranks, other, bytes_in(told), writable_bytes_in(coming));
-    heard[rank].resize(coming);
-    swap(ranks, other, std::as_bytes(numbers.subspan(first, told)), std::as_writable_bytes(std::span(heard[rank])));
-    exchange.asked_[rank].resize(told);
+    swap(ranks, other, bytes_in(sent), writable_bytes_in(coming));
+    received[rank].resize(coming);
+    swap(ranks, other, std::as_bytes(numbers.subspan(first, sent)), std::as_writable_bytes(std::span(received[rank])));
+    exchange.asked_[rank].resize(sent);
     std::iota(exchange.asked_[rank].begin(), exchange.asked_[rank].end(), static_cast<std::uint32_t>(first));
   });
-  exchange.given_ = places_among_all(heard);
+  exchange.given_ = places_among_all(received);
   return exchange;
 }
 
 template <class Number, class From, class To>
-void RangeExchange::tell(const From& from, const Lists& told, const To& to, const Lists& heard) {
+void RangeExchange::exchange(const From& from, const Lists& outgoing, const To& to, const Lists& incoming) {
   std::vector<Number> sent, received;
   meet_all(*ranks_, [&](int other) {
-    const auto& out = told[static_cast<std::size_t>(other)];
-    const auto& in = heard[static_cast<std::size_t>(other)];
+    const auto& out = outgoing[static_cast<std::size_t>(other)];
+    const auto& in = incoming[static_cast<std::size_t>(other)];
     sent.resize(out.size());
     received.resize(in.size());
     for (std::size_t k = 0; k < out.size(); ++k) sent[k] = from[out[k]];
@@ -159,20 +159,20 @@ void RangeExchange::tell(const From& from, const Lists& told, const To& to, cons
 
 template <class T>
 void RangeExchange::from_ranges(const Column<T>& range, const Column<T>& mine) {
-  tell<T>(range, given_, mine, asked_);
+  exchange<T>(range, given_, mine, asked_);
 }
 
 template <class T>
 void RangeExchange::to_ranges(const Column<T>& mine, const Column<T>& range) {
-  tell<T>(mine, asked_, range, given_);
+  exchange<T>(mine, asked_, range, given_);
 }
 
 void RangeExchange::from_ranges(std::span<const std::uint32_t> range, std::span<std::uint32_t> mine) {
-  tell<std::uint32_t>(range, given_, mine, asked_);
+  exchange<std::uint32_t>(range, given_, mine, asked_);
 }
 
 void RangeExchange::to_ranges(std::span<const std::uint32_t> mine, std::span<std::uint32_t> range) {
-  tell<std::uint32_t>(mine, asked_, range, given_);
+  exchange<std::uint32_t>(mine, asked_, range, given_);
 }
 
 template <class T>

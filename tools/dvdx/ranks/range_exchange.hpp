@@ -1,4 +1,4 @@
-// Numbers of particles of which each rank holds a range, told to whoever asks for them, and back: so that no rank holds all.
+// Numbers of particles of which each rank holds a range, sent to whoever asks for them, and back: so that no rank holds all.
 #pragma once
 
 #include <cstddef>
@@ -53,7 +53,7 @@ class RangeExchange {
   using Lists = std::vector<std::vector<std::uint32_t>>;  // one for each rank
   RangeExchange(Ranks& ranks, std::size_t all);
   template <class Number, class From, class To>
-  void tell(const From& from, const Lists& told, const To& to, const Lists& heard);
+  void exchange(const From& from, const Lists& outgoing, const To& to, const Lists& incoming);
 
   Ranks* ranks_;
   std::size_t all_;
