@@ -272,8 +272,9 @@ def filter_of(names):
 
 def programs(tests, baseline, last):
     """Test programs and the seconds that each may take. First the case that caught the fault in an earlier run, then the test
-    files nearest to the fault, then all, both without the slow cases; then the golden hashes, which know that bits have changed
-    and not what is right; then the counted allocations, and last the slow cases, which take minutes."""
+    files nearest to the fault, the slow cases of these after the others, then all without the slow cases; then the golden hashes,
+    which know that bits have changed and not what is right; then the counted allocations, and last all slow cases, which take
+    minutes."""
     program = TESTS + ["--abort-after=1"]
     others = ["--source-file-exclude=*/golden_test.cpp"]
     slow = filter_of(baseline["slow"])
@@ -281,7 +282,9 @@ def programs(tests, baseline, last):
     file, colon, case = last.partition(": ")
     if colon and file.endswith("_test"):
         yield program + [f"--source-file=*/{file}.cpp", f"--test-case={filter_of([case])}"], long
-    yield program + [f"--test-case-exclude={slow}", "--source-file=" + ",".join(f"*/{name}.cpp" for name in tests)], short
+    near = "--source-file=" + ",".join(f"*/{name}.cpp" for name in tests)
+    yield program + [f"--test-case-exclude={slow}", near], short
+    yield program + [f"--test-case={slow}", near, *others], long
     yield program + [f"--test-case-exclude={slow}", *others], short
     yield program + ["--source-file=*/golden_test.cpp"], short
     yield ALLOCATIONS, short
