@@ -46,13 +46,11 @@ template <class V, Arithmetic arithmetic, PathForm form>
 [[gnu::noinline]] Mask<V> pinch(const Surface<Scalar<V>>& a, const Surface<Scalar<V>>& b, Trajectory<V>& m,
                                 const ImpactState<V, arithmetic, form>& state, Mask<V> lanes) noexcept {
   using T = Scalar<V>;
-  const V zero(T(0));
-  const V one(T(1));
   const V half_of(T(0.5));
   const Touch<V> end_a = touch<V, arithmetic>(a, m.x1);
   const Touch<V> end_b = touch<V, arithmetic>(b, m.x1);
   const V kappa = dot<arithmetic>(end_a.n, end_b.n);
-  const V opening = one - kappa;
+  const V opening = V(T(1)) - kappa;
   lanes = lanes & face_each_other<V>(V(a.mu), V(b.mu), kappa);
   if (!any_lane<V>(lanes)) return lanes;
   Trajectory<V> room_a, room_b;
@@ -65,19 +63,16 @@ template <class V, Arithmetic arithmetic, PathForm form>
 
   const V half = half_of * inverse(opening);
   const Three<V> axis = end_a.n - end_b.n;
-  const Three<V> v = half_of * ((m.v1 - from_a.v1) + (m.v1 - from_b.v1));
-  const Three<V> carried = half_of * (from_a.x0 + from_b.x0);
-  const Three<V> u = m.v1 - v;
-  const V across = half * dot<arithmetic>(axis, u);
-  const Three<V> along = subtract_product<arithmetic>(u, across, axis);
-  const V push = V(T(4)) * magnitude(inverse(state.t) * (end_a.s + end_b.s));
-  const V slide = V(a.mu + b.mu) * push;
-  const V kept = kept_by_friction(slide, slide, square_root(dot<arithmetic>(along, along)));
-  const Three<V> slid = multiply_add<arithmetic>(half_of * state.t, kept * along - along, m.x1);
-  const Three<V> x = select(differ(kept, zero), slid, carried);
+  Three<V> v = half_of * ((m.v1 - from_a.v1) + (m.v1 - from_b.v1));
+  Three<V> x = half_of * (from_a.x0 + from_b.x0);
+  if (!(a.mu + b.mu > 0)) {
+    const Three<V> u = m.v1 - v;
+    v = v + subtract_product<arithmetic>(u, half * dot<arithmetic>(axis, u), axis);
+    x = m.x1;
+  }
   const V shift = half * (touch<V, arithmetic>(b, x).s - touch<V, arithmetic>(a, x).s);
   m.x1 = select(lanes, multiply_add<arithmetic>(shift, axis, x), m.x1);
-  m.v1 = select(lanes, multiply_add<arithmetic>(kept, along, v), m.v1);
+  m.v1 = select(lanes, v, m.v1);
   return lanes;
 }
 

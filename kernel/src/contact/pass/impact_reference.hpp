@@ -373,21 +373,18 @@ bool is_pinched(const Surface<T>& a, const Surface<T>& b, Particle<T>& p,
 
   const T half = T(0.5) * inverse(opening);
   const Vector<T> axis = difference(end_a.n, end_b.n);
-  Vector<T> V, carried;
+  Vector<T> V, x;
   for (std::size_t k = 0; k < 3; ++k) {
     V[k] = T(0.5) * ((p.v1[k] - from_a.v1[k]) + (p.v1[k] - from_b.v1[k]));
-    carried[k] = T(0.5) * (from_a.x0[k] + from_b.x0[k]);
+    x[k] = T(0.5) * (from_a.x0[k] + from_b.x0[k]);
   }
-  const Vector<T> u = difference(p.v1, V);
-  const T across = half * dot<arithmetic>(axis, u);
-  Vector<T> along;
-  for (std::size_t k = 0; k < 3; ++k) along[k] = subtract_product<arithmetic>(u[k], across, axis[k]);
-  const T push = 4 * std::abs(inverse(state.t) * (end_a.s + end_b.s));
-  const T kept = kept_by_friction((a.mu + b.mu) * push, (a.mu + b.mu) * push, std::sqrt(dot<arithmetic>(along, along)));
-  Vector<T> x = carried;
-  for (std::size_t k = 0; k < 3; ++k) {
-    if (kept != 0) x[k] = multiply_add<arithmetic>(T(0.5) * state.t, kept * along[k] - along[k], p.x1[k]);
-    p.v1[k] = multiply_add<arithmetic>(kept, along[k], V[k]);
+  if (a.mu + b.mu > 0) {
+    p.v1 = V;
+  } else {
+    const Vector<T> u = difference(p.v1, V);
+    const T across = half * dot<arithmetic>(axis, u);
+    for (std::size_t k = 0; k < 3; ++k) p.v1[k] = V[k] + subtract_product<arithmetic>(u[k], across, axis[k]);
+    x = p.x1;
   }
   const Touch<T> at_a = touch<arithmetic>(a, x);
   const Touch<T> at_b = touch<arithmetic>(b, x);

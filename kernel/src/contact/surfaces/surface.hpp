@@ -63,10 +63,10 @@
 //          the way up to (1 + kappa)/(1 - kappa): they never end. e = 0 on both.
 // Pinch.   Facing surfaces, 1 + kappa <= mu^2 (1 - kappa) (a wedge of half its opening, tan^2 = (1 + kappa)/(1 - kappa), which
 //          friction jams), that leave a particle no room where it starts: s_a + s_b < 0 there. It goes to the middle,
-//            x + m (n_a - n_b),  m = (s_b - s_a)/(2 (1 - kappa)),
-//          and each of them would have to bring it across delta = -(s_a + s_b) within t, from rest to rest: a push 2 delta/t
-//          and one that stops it. Friction takes up to (mu_a + mu_b) 4 delta/t off what it moves along them, against the mean
-//          of their velocities. All of it: it is where the mean of what they carry its start along to leaves it.
+//            x + m (n_a - n_b),  m = (s_b - s_a)/(2 (1 - kappa)).
+//          The force between rigid bodies that overlap has no bound, and no load turns the sum of two forces out of cones
+//          that each hold the other's foot (force closure, Nguyen 1988): with any friction it goes by the mean of their
+//          velocities, to where the mean of what they carry its start along to leaves it. Without friction it slides.
 // Out.     A surface with a speed p leads a particle that starts the flow inside it, s0 < 0 by more than rounding, out along
 //          its normal: the flow ends at s = s0 + p t, or where that is outside as it would, but at 0 <= s <= s0 + p t. The
 //          velocity along the normal becomes the part of it that lies in 0..p, at the start (else a pulse that presses onto a
