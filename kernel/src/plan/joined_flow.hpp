@@ -57,7 +57,7 @@ class JoinedFlow {
     const PendingShift pending = std::exchange(pending_, PendingShift{});
     const bool keeps_starts = motion.terms.surface_count != 0 && pending.alpha != nullptr;
     const SubstepImpulse<T> impulse = still_.impulse_in(motion);
-    const bool has_columns = keeps_starts || still_.is_kept() || (after == After::pairs && motion.terms.surface_count != 0);
+    const bool has_columns = keeps_starts || still_.is_kept();
     const std::size_t each = has_columns ? std::min(motion.block, max_block) : motion.block;
     call_.for_each_stepped([&](std::size_t from, std::size_t end) {
       with_log(motion, start, call_.number, [&](ContactLog<T>* log) {
@@ -73,7 +73,7 @@ class JoinedFlow {
               take(pending, first, first + count);
             }
           });
-          if (after == After::pairs) add_pairs(motion, offsets_[f], block);
+          if (after == After::pairs) kernels_.add_pairs(work_, first, first + count);  // no scene of pairs has contacts
           followers_.hold_fixed(first, first + count);
           if (begin != nullptr) kernels_.begin_sweeps(*begin, work_, first, first + count);
         }
@@ -184,15 +184,6 @@ class JoinedFlow {
   [[nodiscard]] const Terms<T>& terms_of_contacts(const FreeMotion<T>& motion) const noexcept {
     if (!ws_.surfaces.empty()) return followers_.moved_terms();
     return motion.terms.surface_count != 0 ? motion.terms : m_.flows()[m_.first()[0]]->terms;
-  }
-
-  void add_pairs(const FreeMotion<T>& motion, const FlowOffsets& offsets, const Block<T>& block) noexcept {
-    if (motion.terms.surface_count != 0) {
-      const std::array<T*, 3> dx{work_.dx[0] + block.first, work_.dx[1] + block.first, work_.dx[2] + block.first};
-      const std::array<T*, 3> dv{work_.dv[0] + block.first, work_.dv[1] + block.first, work_.dv[2] + block.first};
-      still_.in(terms_of_contacts(motion), block).leave_out(dx, dv, motion, offsets.data());
-    }
-    kernels_.add_pairs(work_, block.first, block.first + block.count);
   }
 
   void take_in_flow(const ShiftTerms<T>& shift, Block<T>& block) const noexcept {

@@ -18,7 +18,7 @@
 
 namespace dvdx {
 
-// All particles, in the plan's columns. Brown's pairs are left out of what stands still, and need no notes of it.
+// All particles, in the plan's columns.
 template <class T>
 struct RestingColumns {
   std::span<StandsHow> how;               // or none
@@ -98,24 +98,6 @@ class RestingBlock {
         report(i, by_[i], left);
       }
       if (how_[i] != StandsHow::waits) note(i, T(0));
-    }
-  }
-
-  // Brown's pairs, dx and dv of the block, are left out of what has been brought to a stand and stays under them.
-  void leave_out(const std::array<T*, 3>& dx, const std::array<T*, 3>& dv, const FreeMotion<T>& motion,
-                 const Offsets<T>* offsets) noexcept {
-    if (!may_be_still() && !may_be_carried(T(0))) return;
-    for (std::size_t axis = 0; axis < 3; ++axis) std::copy_n(block_.x[axis], block_.count, kept_[axis].data());
-    const Columns gain = gain_of(kept_, motion, offsets);
-    for (std::size_t i = 0; i < block_.count; ++i) {
-      const std::uint32_t on = is_still(i) ? no_surface : carrier_of(i, T(0));
-      if (on == no_surface && !is_still(i)) continue;
-      reference::Particle<T> p = particle(gain, i);
-      for (std::size_t axis = 0; axis < 3; ++axis) p.v0[axis] = p.v0[axis] + dv[axis][i];
-      const std::uint32_t by = kernels_.stays(terms_, {.t = 0, .pulses = 1, .flows = 1}, on, p);
-      if (by == no_surface) continue;
-      report(i, by, {-dv[0][i], -dv[1][i], -dv[2][i]});
-      for (std::size_t axis = 0; axis < 3; ++axis) dx[axis][i] = dv[axis][i] = T(0);
     }
   }
 
