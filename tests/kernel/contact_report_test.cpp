@@ -334,6 +334,13 @@ TEST_CASE("report: a moving surface is told of impulses as one at rest, and of t
     CHECK(is_close(run.report.of(0).impulse[1], -weight, 1e-10));
     CHECK(is_close(run.report.of(0).torque_impulse[2], -0.75 * weight, 1e-10));
   }
+  SUBCASE("particles on a slope that goes along with it: roundings are no impacts") {
+    const Scene scene = carried(Plane{.normal = {0.6, 0.8, 0}, .friction = 1}, {0.25, 0, 0});
+    std::vector<std::array<Vec3, 2>> start;
+    for (int k = -32; k < 32; ++k) start.push_back({Vec3{0.48 * k, -0.36 * k, 0.1 * k}, u});
+    CHECK(Reported<float>(scene, start, steps).report.of(0).hits == 0);
+    CHECK(Reported<double>(scene, start, steps).report.of(0).hits == 0);
+  }
   SUBCASE("a particle that falls onto it bounces as on one at rest") {
     const Plane floor{.normal = {0, 1, 0}, .restitution = 0.5};
     const Reported<double> moving(carried(floor, {0.25, 0, 0}), {{Vec3{1, 1, 0}, u}}, steps);

@@ -236,8 +236,7 @@ TEST_CASE_TEMPLATE("Bounces that are over within a step are over at its end", T,
   });
 }
 
-// ---- registers of particles that fare differently
-// ----------------------------------------------------------------------------
+// ---- registers of particles that fare differently ---------------------------------------------------------------------------
 
 // In turn: at rest on the floor, sliding on it, flying, about to strike it, at rest on a wall that the wind presses onto, in
 // the edge of both, in the corner of all three, and slid from the floor into a wall; of 16 in a row no two register halves are
@@ -338,6 +337,16 @@ TEST_CASE_TEMPLATE("Registers of what rests on one plane, on several, flies, str
         }
       }
     }
+  }
+}
+
+TEST_CASE_TEMPLATE("Where two floors are at one place every register rests on the one that the twin takes", T, float, double) {
+  Scene scene = mixed_scene(1, 93, Masses::alike, 0.2);
+  scene.add(plane({0, 1, 0}, 0, 0.4, 0.9));
+  const std::vector<T> wanted = mixed_run<T>(scene, 93, {.step = hz60, .isa = Isa::reference}, 1, 16, 0);
+  for (const Isa isa : available_isas(Arithmetic::separate)) {
+    CAPTURE(name(isa));
+    CHECK(difference(wanted, mixed_run<T>(scene, 93, {.step = hz60, .isa = isa}, 8, 2, 0)) == "");
   }
 }
 
