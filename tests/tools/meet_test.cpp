@@ -224,6 +224,15 @@ TEST_CASE("run warns of friction by which cloth may gain energy, of balls in one
       R"(run gas.json --precision float64 --set 'forces=[{"type": "constant", "acceleration": [0, -1, 0]}]')";
   CHECK(codes(weight + " --set substeps=1 --duration 40") == Codes{"bounces"});
   CHECK(codes(weight + " --set substeps=64") == Codes{});
+  // Fast balls in a box, by too few sub-steps: bounces are left out, and most of the energy with them.
+  folder.write("loss.json", R"({"format": "dvdx-scene/1", "name": "loss", "step": 0.016666666666666666, "duration": 0.5,
+    "particles": {"count": 64, "velocity": {"uniform": {"min": [-20, -20, -20], "max": [20, 20, 20], "seed": 1}}, "position":
+      {"lattice": {"min": [-0.045, -0.045, -0.045], "max": [0.046, 0.046, 0.046], "spacing": 0.03}}}, "contacts": [{"type": "box",
+      "center": [0, 0, 0], "half_extents": [0.12, 0.12, 0.12], "side": "inside", "restitution": 1}],
+    "meet": {"radius": 0.01, "restitution": 1, "most_neighbours": 63}})");
+  CHECK(codes("run loss.json") == Codes{"bounces"});
+  CHECK(codes("run loss.json --set meet.restitution=0.9") == Codes{});
+  CHECK(codes("run loss.json --set substeps=200") == Codes{});
 }
 
 TEST_CASE("run counts where edges of cloth go through its triangles, and warns of cloth that has crossed") {

@@ -52,6 +52,10 @@ TEST_CASE("run warns of cloth that starts inside a ball, by how much, and the cu
         std::string::npos);
   CHECK(run(folder, "run sheet.json --strict").exit == 6);
   CHECK(run(folder, "run sheet.json --strict --duration 1.5 --set push_out=0.5").exit == 0);
+  // Sheets that heat by it are not cured by sub-steps.
+  const json heating = warnings_of(folder, "sheet.json --duration 0.5", "heating");
+  REQUIRE(heating.size() == 1);
+  CHECK(heating[0]["cure"] == warnings[0]["cure"]);
   // A scheme that refuses push_out is not advised to take it.
   const json by_fourth_order = warnings_of(folder, "sheet.json --scheme fourth_order");
   REQUIRE(by_fourth_order.size() == 1);
