@@ -55,7 +55,7 @@ struct Room {
 [[nodiscard]] std::vector<std::size_t> particles_of(const std::vector<std::size_t>& numbers, const Population& population);
 [[nodiscard]] std::vector<std::size_t> read_ids(const Node& node, const Population& population);  // numbers, each once
 
-// What a force pulls to; null: it has no anchor.
+// The anchor of a force; null where it has none.
 [[nodiscard]] inline const Anchor* anchor_of(const Force& force) noexcept {
   const auto find = [](const auto& f) -> const Anchor* {
     if constexpr (requires { f.anchor; }) return &f.anchor;
