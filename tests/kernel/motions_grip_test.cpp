@@ -2,7 +2,6 @@
 #include <doctest/doctest.h>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <cstddef>
 #include <utility>
@@ -70,10 +69,10 @@ double lowest_rise(const Joined& joined, const Run& run, double seconds) {
 // It used to fall out of the grip as soon as the boxes came no closer, whatever the friction.
 TEST_CASE_TEMPLATE("motions: a grain that two boxes squeeze is lifted by friction, and slides out without", T, float, double) {
   for (const double step : {1.0 / 20, 1.0 / 60, 1.0 / 200}) {
-    for (const auto& [overlap, friction] : {std::array{0.004, 0.6}, std::array{0.001, 0.1}}) {
+    for (const double overlap : {0.004, 0.001}) {
       CAPTURE(step);
       CAPTURE(overlap);
-      Joined joined = in_grip(grain(), overlap, friction);
+      Joined joined = in_grip(grain(), overlap, overlap == 0.004 ? 0.6 : 0.1);
       joined.step = step;
       for (const double seconds : {1.2, 4.0}) CHECK(lowest_rise<T>(joined, {.isa = best_isa()}, seconds) > 0.2);
       CHECK(std::abs(lowest_rise<T>(joined, {.isa = best_isa()}, 4) - lowest_rise<T>(joined, {.isa = best_isa()}, 2)) < 1e-6);
