@@ -27,10 +27,10 @@ struct Acceleration {
     }
     return sum;
   }
-  template <class Other>
-  Vec3 operator()(const Other& /*force*/) const {
-    return {};
-  }
+  // Springs store energy, and drag takes it; Moments::wind holds the wind's part.
+  Vec3 operator()(const Spring& /*force*/) const { return {}; }
+  Vec3 operator()(const RadialSpring& /*force*/) const { return {}; }
+  Vec3 operator()(const Drag& /*force*/) const { return {}; }
 };
 
 Vec3 acceleration_at(const Scene& scene, double seconds) {

@@ -31,6 +31,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ._recording import Recording, command
+from ._scene_file import FORCES, read_scene
 
 __all__ = [
     "COLUMNS", "ContactReport", "DvdxError", "Energy", "Instance", "LifecyclePlan", "LivePlan", "LiveState", "LiveWorkspace", "Plan",
@@ -373,7 +374,6 @@ class Scene:
         Nothing is done that `dvdx run` does of its own: it measures float32 states from an origin nearby where they start far out,
         and tears springs (tears_at), as Plan.run() does.
         """
-        from ._scene_file import read_scene
 
         return read_scene(cls, path)
 
@@ -931,9 +931,8 @@ class _Driven:
         self._call_own("jump_skin" if jump else "set_skin", skin, points, _ffi.NULL if normals is None else normals, count)
 
 
-_FORCES = ("constant", "polynomial", "sinusoid", "spring", "radial_spring", "drag")
 _CONTACTS = ("plane", "sphere", "capsule", "box", "convex", "mesh")
-_LISTS = (_FORCES, _CONTACTS, ("grid", "springs"), ("distance", "on_point", "on_line"))
+_LISTS = (FORCES, _CONTACTS, ("grid", "springs"), ("distance", "on_point", "on_line"))
 
 
 class Workspace(_Driven):
@@ -1114,7 +1113,7 @@ class Plan(_Driven):
     def set_force(self, index: int, scene: Scene, force: int = 0) -> None:
         """The plan's force `index` becomes force `force` of a scene."""
         _call(_lib.dvdx_plan_replace, self._handle, index, scene._handle, force)
-        self._replace_item(_FORCES, index, scene, force)
+        self._replace_item(FORCES, index, scene, force)
 
     def set_contact(self, index: int, scene: Scene, contact: int = 0) -> None:
         """The plan's contact `index` becomes contact `contact` of a scene."""

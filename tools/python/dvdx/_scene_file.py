@@ -191,7 +191,7 @@ class _Reader:
                     scene.jump(self.motions_made(scene) - 1, k)
         for force in root.get("forces", []):
             given = {key: self.force_value(key, value) for key, value in _rest(force)}
-            getattr(scene, _type(force, "forces", _FORCES))(**given)
+            getattr(scene, _type(force, "forces", FORCES))(**given)
         for i, contact in enumerate(root.get("contacts", [])):
             self.add_contact(scene, i, contact)
         for constraint in root.get("constraints", []):
@@ -402,7 +402,7 @@ class _Reader:
         scene.wind(mean=wind.get("mean", (0, 0, 0)), gusts=np.reshape(np.array(rows, float), (-1, 5)))
 
 
-_FORCES = ("constant", "polynomial", "sinusoid", "spring", "radial_spring", "drag")
+FORCES = ("constant", "polynomial", "sinusoid", "spring", "radial_spring", "drag")
 
 
 def _type(item: Dict[str, Any], name: str, kinds: Tuple[str, ...]) -> str:
