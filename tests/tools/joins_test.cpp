@@ -198,4 +198,38 @@ TEST_CASE("run warns of sub-steps by which a sheet may swing on, and those that 
   CHECK(cured["sweep_estimate"]["turning"].get<double>() <= 7);
 }
 
+// 24 rods in a ring of 1 m that spins at 20 m/s: 24 kg, 4800 J.
+TEST_CASE("run warns of rods that lose energy though nothing takes it, and the cure that it names helps") {
+  const ScratchFolder folder("ring");
+  constexpr int n = 24;
+  json places = json::array(), speeds = json::array(), pairs = json::array();
+  for (int i = 0; i < n; ++i) {
+    const double angle = 2 * 3.14159265358979 * i / n;
+    places.push_back({std::cos(angle), std::sin(angle), 0});
+    speeds.push_back({-20 * std::sin(angle), 20 * std::cos(angle), 0});
+    pairs.push_back({i, (i + 1) % n});
+  }
+  const json ring{
+      {"format", "dvdx-scene/1"},
+      {"name", "ring"},
+      {"step", 1.0 / 60},
+      {"duration", 3},
+      {"particles", {{"count", n}, {"mass", 1}, {"position", {{"values", places}}}, {"velocity", {{"values", speeds}}}}},
+      {"constraints", {{{"type", "distance"}, {"pairs", pairs}, {"length", "start"}}}}};
+  folder.write("ring.json", ring.dump());
+  const json one = report_of(folder, "ring.json");
+  REQUIRE(one["warnings"].size() == 1);
+  const json& warning = one["warnings"][0];
+  CHECK(warning["code"] == "loses");
+  CHECK(warning["value"] == one["energy"]["end"]);
+  CHECK(warning["value"].get<double>() < 2400);
+  CHECK(warning["limit"].get<double>() == doctest::Approx(0.9 * 4800).epsilon(1e-3));
+  CHECK(warning["cure"] == "Try --substeps 4");
+  const json cured = report_of(folder, "ring.json --substeps 4");
+  CHECK(cured["warnings"] == json::array());
+  CHECK(cured["energy"]["end"].get<double>() == doctest::Approx(4800).epsilon(1e-3));
+  // Ropes that go taut, and a drag, take energy.
+  CHECK(report_of(folder, "ring.json --set constraints[0].bound=at_most")["warnings"] == json::array());
+}
+
 }  // namespace joins_test

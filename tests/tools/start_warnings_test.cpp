@@ -186,4 +186,26 @@ TEST_CASE("a run is dear where the steps that are left take longer than a minute
   CHECK_FALSE(cheap.take(100, 1, 1000000));
 }
 
+TEST_CASE("run warns of springs that are a few roundings long where they start, and a precision that holds them does not") {
+  const ScratchFolder folder("rounding");
+  const auto apart = [&](const char* distance, const std::string& options) {
+    folder.write("apart.json", std::string(R"({"format": "dvdx-scene/1", "name": "apart", "step": 0.01, "duration": 0.02,
+      "network": [{"type": "grid", "rows": 5, "columns": 5, "origin": [0, 0, 0], "edge_u": [1, 0, 0], "edge_v": [0, 1, 0],
+                    "mass": 1, "structural": 100},
+                  {"type": "grid", "rows": 5, "columns": 5, "origin": [)") +
+                                   distance + R"(, 0, 0], "edge_u": [1, 0, 0], "edge_v": [0, 1, 0],
+                    "mass": 1, "structural": 100}]})");
+    return warnings_of(folder, "apart.json" + options, "rounding");
+  };
+  const json warnings = apart("1e6", "");
+  REQUIRE(warnings.size() == 1);
+  CHECK(warnings[0]["value"].get<double>() == doctest::Approx(0.25 / (1e6 * 0x1p-23)).epsilon(1e-4));
+  CHECK(warnings[0]["limit"] == 100);
+  CHECK(warnings[0]["text"].get<std::string>().find("is 0.25 m long, and its particles' places are held to 0.12 m there") !=
+        std::string::npos);
+  CHECK(apart("1e6", " --precision float32_compensated") == json::array());
+  CHECK(apart("1e6", " --precision float64") == json::array());
+  CHECK(apart("1e4", "") == json::array());
+}
+
 }  // namespace start_warnings_test

@@ -106,6 +106,7 @@ void name_particles(const Numbering& numbering, Outcome& outcome) {
     outcome.joins->rods.ends = numbering.numbers_of(outcome.joins->rods.ends);
   }
   if (outcome.inside) outcome.inside->deepest = numbering.number_of(outcome.inside->deepest);
+  if (outcome.rounding) outcome.rounding->ends = numbering.numbers_of(outcome.rounding->ends);
   if (outcome.pinch) outcome.pinch->particle = numbering.number_of(outcome.pinch->particle);
   if (outcome.poke) outcome.poke->between = numbering.numbers_of(outcome.poke->between);
 }

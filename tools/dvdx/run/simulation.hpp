@@ -177,7 +177,9 @@ class Simulation {
     }
     if (outcome_.network) file.scene.coupling.scheme = outcome_.network->scheme;
     (void)plan_->step(state_, 0);  // kinematic particles, where they are at the start
-    if (ranks_.count() == 1) outcome_.inside = start_inside(file, state_);
+    if (ranks_.count() != 1) return;
+    outcome_.inside = start_inside(file, state_);
+    if (!state_.has_rests()) outcome_.rounding = spring_rounding(file, state_);
   }
   void split(const Engine& engine, SceneFile& file) {
     outcome_.network = limit_by_rows(file, ranks_);

@@ -11,6 +11,7 @@
 #include "dvdx/plan.hpp"
 #include "dvdx/ranks.hpp"
 #include "output/writer.hpp"
+#include "watch/spring_rounding.hpp"
 #include "watch/start_inside.hpp"
 
 namespace dvdx::tool {
@@ -111,12 +112,13 @@ struct Outcome {
   std::size_t bad_particles = 0;
   std::optional<Warmth> warmth{};  // none where no bound is known
   std::optional<HeldTooMuch> held{};
-  std::optional<StartInside> inside{};  // of one process
-  std::optional<Pinch> pinch{};         // of one process
-  std::optional<PokeThrough> poke{};    // of one process
-  std::optional<Warning> dear{};        // that was said when it was found
-  std::optional<Joins> joins{};         // of one process, of a scene that springs or constraints join
-  std::optional<Met> met{};             // where particles meet
+  std::optional<StartInside> inside{};       // of one process
+  std::optional<SpringRounding> rounding{};  // of one process
+  std::optional<Pinch> pinch{};              // of one process
+  std::optional<PokeThrough> poke{};         // of one process
+  std::optional<Warning> dear{};             // that was said when it was found
+  std::optional<Joins> joins{};              // of one process, of a scene that springs or constraints join
+  std::optional<Met> met{};                  // where particles meet
   std::optional<NetworkLimit> network{};
   std::optional<Turned> turned{};
   std::optional<Halo> halo{};                 // where springs are split over ranks

@@ -90,6 +90,35 @@ std::optional<Warning> warning_of_rods(const LoadedScene& loaded, const Outcome&
                              : std::string("Start with it at its length, or leave its length to the start (\"start\")")};
 }
 
+// Whether nothing but the time stepping can take energy: rods, and forces with a potential that `energy` counts.
+bool is_conservative(const LoadedScene& loaded) {
+  const Scene& scene = loaded.file.scene;
+  const auto is_constant = [](const Force& force) { return std::holds_alternative<Constant>(force); };
+  const auto keeps_energy = [](const Constraint& constraint) {
+    const auto* const distance = std::get_if<Distance>(&constraint);
+    return distance == nullptr || distance->bound == Bound::equal;
+  };
+  return scene.networks.empty() && scene.contacts.empty() && scene.motions.empty() && scene.tethers.empty() && !scene.meet &&
+         !is_live(loaded.file) && std::all_of(scene.forces.begin(), scene.forces.end(), is_constant) &&
+         std::all_of(scene.constraints.begin(), scene.constraints.end(), keeps_energy);
+}
+
+// Rods that meet in rings, trees and nets are swept, and lose energy where their motion is fast for the sub-step.
+std::optional<Warning> warning_of_loss(const LoadedScene& loaded, const Outcome& outcome) {
+  constexpr double most = 0.1;  // of the energy that can be in the motion
+  if (loaded.file.scene.constraints.empty() || !outcome.warmth || !is_conservative(loaded)) return std::nullopt;
+  const double limit = outcome.energy_start - most * outcome.warmth->given;
+  if (!(outcome.energy_end < limit)) return std::nullopt;
+  return Warning{
+      .code = "loses",
+      .text = fmt::format("particles have {:.4g} J at the end and had {:.4g} J at the start, and nothing in the scene "
+                          "takes energy: the sweeps over the rods have taken it",
+                          outcome.energy_end, outcome.energy_start),
+      .value = outcome.energy_end,
+      .limit = limit,
+      .cure = "Try " + more_substeps(loaded, outcome)};
+}
+
 std::optional<Warning> warning_of_inside(const LoadedScene& loaded, const Outcome& outcome) {
   if (!outcome.inside) return std::nullopt;
   constexpr double push_out = 0.5;  // m/s: slow against what springs throw, and out of a body of half a metre in a second
@@ -110,6 +139,19 @@ std::optional<Warning> warning_of_inside(const LoadedScene& loaded, const Outcom
       .value = inside.depth,
       .limit = inside.limit,
       .cure = std::move(cure)};
+}
+
+std::optional<Warning> warning_of_rounding(const Outcome& outcome) {
+  if (!outcome.rounding) return std::nullopt;
+  const SpringRounding& of = *outcome.rounding;
+  return Warning{
+      .code = "rounding",
+      .text = fmt::format("spring {} is {:.3g} m long, and its particles' places are held to {:.2g} m there: rounding "
+                          "stretches it and adds energy",
+                          ends_text(of.ends), of.length, of.rounding),
+      .value = of.length / of.rounding,
+      .limit = SpringRounding::fewest,
+      .cure = "Try --precision float32_compensated, or move the scene nearer to its origin"};
 }
 
 std::optional<Warning> warning_of_pinch(const Outcome& outcome) {
@@ -358,10 +400,10 @@ void tell_dear(double seconds, const SceneFile& file, Outcome& outcome) {
 std::vector<Warning> warnings_of(const LoadedScene& loaded, const Outcome& outcome) {
   std::vector<Warning> warnings = loaded.file.warnings;
   const std::optional<Warning> inside = warning_of_inside(loaded, outcome);
-  for (auto& of : {outcome.dear, inside, warning_of_pinch(outcome), warning_of_poke(outcome),
+  for (auto& of : {outcome.dear, inside, warning_of_rounding(outcome), warning_of_pinch(outcome), warning_of_poke(outcome),
                    warning_of_crossing(loaded, outcome), warning_of_layers(loaded, outcome), warning_of_grip(loaded),
                    warning_of_overlap(loaded, outcome), warning_of_bounces(loaded, outcome), warning_of_held(loaded, outcome),
-                   warning_of_rods(loaded, outcome), warning_of_turning(outcome)}) {
+                   warning_of_rods(loaded, outcome), warning_of_loss(loaded, outcome), warning_of_turning(outcome)}) {
     if (of) warnings.push_back(*of);
   }
   if (outcome.diverged) {
