@@ -24,21 +24,21 @@
 //            v_n' = -e v_n,   v_t' = tau v_t less Coulomb's min(mu (1 + e) |v_n|, |tau v_t|),   dv = v' - v_f
 //            resume:  dx = (1-f) t dv      seed:  dx = -n n.(x1 - x(f))
 //          `seed` is the second pulse of Brown's text, in the direction of the first. It ends the step on the surface (on its
-//          tangent plane at x(f)) and leaves the way along it. The same surface is not looked for again in this step.
+//          tangent plane at x(f)) and does not change the way along it. The step does not look for the same surface again.
 //          tau = exp(-viscosity) belongs to an impact. A particle that already lay or slid on the surface meets it in every
 //          step, with v_n no more than the forces of a step give. It keeps v_t; otherwise viscosity would brake it once a step.
 //          It lay there if it starts within rounding of the surface, leaves it no higher than rounding
 //          (v_n^2 |t| <= 2 |n.(v1 - v0)| low), and comes no faster than |n.(v1 - v0)|.
 //          In a network, pulses of springs press a resting particle onto the surface at any speed, or lift it. If the other
 //          forces press more than springs lift, it is back within a sub-step s. So it also lay there if it starts no higher
-//          than these forces, n.(v1 - v0)/t = b, make it fall in s, b s^2 / 2, and comes no faster than b s.
+//          than b s^2 / 2, which these forces, b = n.(v1 - v0)/t, make it fall in s, and comes no faster than b s.
 //          The sweeps of generalized alpha also move positions before the flow, by x_b (b - a) of
 //          springs/sweep/sweep_scheme.cpp. Contacts count this move as part of the flow's way, so a resting particle starts on
 //          the surface. A surface that was just hit may hold the particle however deep inside a poor root of the path left it.
 //          Energy with `resume`, e = tau = 1, mu = 0 and constant acceleration a_n: x1 and v1 become x1 + (1-f) t dv and
 //          v1 + dv with dv = -2 v_n n, so E' - E = 2 v_n (v_n - n.v1 + (1-f) t a_n) = 0 for any f, as v is linear in time.
-//          `resume` goes on with the remaining step as a new path and looks for every surface again; the one just left is at s0
-//          = 0 exactly.
+//          `resume` goes on with the remaining step as a new path and looks for every surface again; the one just left is at
+//          s0 = 0 exactly.
 // Settling. The bounces after an impact with e < 1 are over after 2 e |v_n| / (b (1-e)), b the acceleration onto the surface.
 //          If that is within the step, the impact is the last: e = 0, and with tau < 1 no tangential velocity is left.
 // Rest.    A surface may hold a particle that stands on it (4 eps of the coordinates). A particle that leaves the surface must
