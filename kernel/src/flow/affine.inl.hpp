@@ -151,8 +151,8 @@ class AxisFlow {
   ShearAxis<V> shear_;
 };
 
-// Moves one axis by any flow of a kind, fused or shear (kind_of() of flow/terms.hpp). It serves one batch, and takes from
-// `terms` what the flow needs.
+// Moves one axis by any flow of a kind, fused or shear (kind_of() of flow/terms.hpp). It serves one batch, and reads the flow's
+// coefficients from `terms`.
 template <class V, Flow kind, Arithmetic arithmetic>
 class AxisFlowOfKind {
   using T = Scalar<V>;

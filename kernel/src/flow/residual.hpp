@@ -1,4 +1,4 @@
-// The residual pass: converts what a compensated state keeps in two columns of float32 to float64, and back.
+// The residual pass: converts numbers, kept by a compensated state in two columns of float32, to float64 and back.
 #pragma once
 
 #include <cstddef>

@@ -11,8 +11,7 @@
 //           along n is p + s n.
 // Solution  P. Wolfe's algorithm keeps the point x of least norm of the hull of up to four corners (the corral). Each round
 //           adds the corner farthest towards the origin, and drops the corners beyond which the point of least norm of the
-//           corral's plane lies. |w| >= x.w / |x| for every w of the hull, so the new corner, whose x.w is least, bounds the
-//           distance from below.
+//           corral's plane lies. |w| >= x.w / |x| for every w of the hull, so the new corner, of least x.w, bounds |w|.
 // Limits    If the hull contains the origin, the core meets the triangle, and there is no direction.
 // Source    P. Wolfe, Finding the nearest point in a polytope, 1976; E. G. Gilbert, D. W. Johnson and S. S. Keerthi, 1988.
 

@@ -17,7 +17,7 @@
 //             v_i += w_i / (m_i K) dv,   dv as of an impact of a particle with the velocity sum w_i v_i (surface.hpp)
 //           In a part of a sub-step that ends with the speed u and had the mean speed U, the speed at the impact is
 //             u_f = u - 2 (1 - f) (u - U),
-//           f the fraction at which p came in. It is 0 for a point that lies still, so nothing at rest bounces.
+//           f the fraction at which p came in. u_f is 0 for a point that lies still, so nothing at rest bounces.
 // Step      Once a sub-step, after all else. The sub-step is divided into so many parts that nothing moves by more than r/2
 //           relative to a body in one of them. Then a point from outside has not passed the core, and n leads back.
 // Limits    Cloth that moves farther than 64 r in a sub-step may pass through. A triangle that the core pierces, for example at

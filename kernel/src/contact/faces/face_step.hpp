@@ -129,7 +129,7 @@ class FaceStep {
     return way;
   }
 
-  // ---- what is near -----------------------------------------------------------------------------------------------------
+  // ---- near patches -------------------------------------------------------------------------------------------------------
 
   void find_near(double way) noexcept {
     for (const FaceNetwork& network : faces_.networks()) {
@@ -167,7 +167,7 @@ class FaceStep {
     return 0.999 * box.gap_to(shape, room_.poses[b]) - (1e-6 * shape.radius + way);
   }
 
-  // ---- what meets -------------------------------------------------------------------------------------------------------
+  // ---- meetings -----------------------------------------------------------------------------------------------------------
 
   void meet_near(const Clock& start, double h, double way) noexcept {
     const int count = parts_of(h, way);

@@ -364,8 +364,8 @@ void report_bounces(const Terms<Scalar<V>>& terms, const Bounce<V>& bounce, std:
   if (any_lane<V>(lies)) log.take_holds(pushes_of<V>(terms, lies, number, bounce.x, bounce.dv, bounce.t, first));
 }
 
-// Resolves and logs lanes that touch planes at rest. Lanes of one plane are logged together, with what the twin logs for each.
-// first: index of lane 0 in the plan's columns.
+// Resolves and logs lanes that touch planes at rest. Lanes of one plane are logged together, with the values that the twin logs
+// for each. first: index of lane 0 in the plan's columns.
 template <class V, Arithmetic arithmetic>
 [[gnu::noinline, gnu::flatten]] void resolve_logged_planes(const Terms<Scalar<V>>& terms, const Offsets<Scalar<V>>& offsets,
                                                            Mask<V> touches, Trajectory<V>& m, std::size_t first,

@@ -148,7 +148,7 @@ Three<V> driven(const Drive<V>& drive, const Three<V>& first, const Three<V>& se
   return sum;
 }
 
-// A path of PathForm::flow: from its start, u P1 + F P2, plus what forces of time add.
+// A path of PathForm::flow: from its start, u P1 + F P2, plus the part that forces of time add.
 template <class V, Arithmetic arithmetic>
 struct FlowPath {
   Three<V> u, F;

@@ -7,13 +7,13 @@
 // Rule.    A particle stands still at the end of a flow if v = V, the velocity of the surface that it is on. It is judged by
 //          the impulse of a whole sub-step,
 //            P = (v - V) / b + g / a,
-//          v after the next pulse, V that of the surface at the end of the next flow, g what the other forces give in that
-//          flow, b and a the parts of the sub-step that pulse and flow make up (a < 0 in flows that go back, and g with it). P
-//          is the same in every flow if the force is constant. One, two or three surfaces that move by V take from P what
-//          rest_reference.hpp takes from a velocity, by their normal pulses and friction. If nothing is left, the particle
+//          v after the next pulse, V that of the surface at the end of the next flow, g the velocity that the other forces give
+//          in that flow, b and a the parts of the sub-step that pulse and flow make up (a < 0 in flows that go back, and g with
+//          it). P is the same in every flow if the force is constant. One, two or three surfaces that move by V take from P
+//          what rest_reference.hpp takes from a velocity, by their normal pulses and friction. If nothing is left, the particle
 //          stays with them, at rest to the last bit. Otherwise it goes on as any other.
 // Wait.    In the first flow of a step the next pulse is not known yet, so a particle that stands still waits. If it does not
-//          stay after the pulse, it gets what it has missed of the other forces: g of the next flow, scaled by the durations.
+//          stay after the pulse, it gets the missed velocity of the other forces: g of the next flow, scaled by the durations.
 // Limits.  A particle that hangs still at a surface's height and is not pressed waits once, for half a sub-step. A force that
 //          changes within a sub-step is judged by its value in each flow.
 #pragma once
@@ -44,8 +44,8 @@ struct SubstepImpulse {
 template <class T>
 struct StayKernels {
   // Judges a particle that stood still at x0 on the surface `carrier`, or on surfaces at rest if there is no such index. v0:
-  // its velocity after the pulse; v1: what the other forces give it in the flow. Returns the surface that it stays or waits on,
-  // and sets x1 and v1 to its end, or returns no_surface.
+  // its velocity after the pulse; v1: the velocity that the other forces give it in the flow. Returns the surface that it stays
+  // or waits on, and sets x1 and v1 to its end, or returns no_surface.
   std::uint32_t (*stays)(const Terms<T>&, const SubstepImpulse<T>&, std::size_t carrier,
                          reference::Particle<T>&) noexcept = nullptr;
   // Returns the moving surface on which a particle stands still at the time t before the end of a flow, or no_surface. movers:

@@ -56,10 +56,10 @@
 //          with Coulomb's friction of the velocity removed. Several surfaces take turns until all agree within rounding.
 // Edge.    In a network, pulses begin a flow. An impact on a second surface at the same time takes both, by the multiples above
 //          for v. An impact after a slide along the first does so too if kappa <= 0, or if it takes no more of the normal
-//          velocity than 2 r min(1, 64 (1 - kappa)), r what the impact on the first took in this flow. With Delta the part of a
-//          pulse along the wall, r = Delta/tan of half the angle between the normals, so speeds w up to 2 Delta/(1 - kappa)
-//          stop. Impacts one after the other would give w' = m Delta - kappa w, which has an attracting orbit for each number m
-//          of pulses on the way up to (1 + kappa)/(1 - kappa): they would never end. e = 0 on both.
+//          velocity than 2 r min(1, 64 (1 - kappa)), r the normal velocity that the impact on the first took in this flow. With
+//          Delta the part of a pulse along the wall, r = Delta/tan of half the angle between the normals, so speeds w up to
+//          2 Delta/(1 - kappa) stop. Impacts one after the other would give w' = m Delta - kappa w, which has an attracting
+//          orbit for each number m of pulses on the way up to (1 + kappa)/(1 - kappa): they would never end. e = 0 on both.
 // Pinch.   Two surfaces face each other if 1 + kappa <= mu^2 (1 - kappa): a wedge that friction jams, with half its opening
 //          given by tan^2 = (1 + kappa)/(1 - kappa). If they leave a particle no room where it starts, s_a + s_b < 0, it goes
 //          to the middle,
@@ -70,10 +70,10 @@
 // Out.     A surface with a speed p leads a particle that starts the flow inside it, s0 < 0 by more than rounding, out along
 //          its normal. The flow ends at s = s0 + p t if that is still inside; otherwise it ends where it would, but at
 //          0 <= s <= s0 + p t. The velocity along the normal is cut to 0..p at the start and at the end. (Without the cut at
-//          the start, a pulse that presses onto a round body would push along it at the end, and heat.) Friction takes from the
-//          rest what it would at an impact with the inward velocity that was cut. In this flow the particle has no impacts on
-//          this surface and is not put onto it; all else is as for any particle on that path. A particle inside two surfaces
-//          that face each other leaves neither, and goes to the middle.
+//          the start, a pulse that presses onto a round body would push along it at the end, and heat.) Friction acts on the
+//          rest as at an impact with the inward velocity that was cut. In this flow the particle has no impacts on this surface
+//          and is not put onto it; all else is as for any particle on that path. A particle inside two surfaces that face each
+//          other leaves neither, and goes to the middle.
 // Sphere.  s = side (|x-c| - R) has the sign of g = side (|x-c|^2 - R^2) / (2R), a quartic along the parabola. The first guess
 //          is the root of the quadratic Taylor part of g at the path's start (exact for a straight path), or else of the
 //          quadratic through g0, g0' and g1. Newton's steps follow; they keep to 0..1 and to g' < 0.
