@@ -1,5 +1,5 @@
-// The affine pass, wide. Formulas only: where they come from stands in forces/, their scalar twins in affine_reference.hpp.
-// A flow takes (x, v) of one axis to the end of the step; `i` is the index of the first lane in the plan's columns.
+// The affine pass, wide. forces/ derives the formulas; the scalar twin is affine_reference.hpp.
+// A flow moves (x, v) of one axis to the end of the step. `i` is the index of the first lane in the plan's columns.
 #pragma once
 
 #include <array>
@@ -34,7 +34,7 @@ AxisState<V> driven_fused(V x, V v, V c, V A, V B, V C, V S, V P, V Q) noexcept 
           v + subtract_product<arithmetic>(subtract_product<arithmetic>(P, A, e), B, v)};
 }
 
-// The increment of e and the new v; of the turned state where the sign is -1.
+// Returns the increment of e and the new v, of the turned state if the sign is -1.
 template <class V, Arithmetic arithmetic>
 AxisState<V> three_shears(V e, V v, V t1, V s, V t2, V kappa) noexcept {
   const V p = t1 * v;
@@ -64,7 +64,7 @@ AxisState<V> driven_shear(V x, V v, V c, const ShearAxis<V>& k, V P, V Q) noexce
   }
 }
 
-// P and Q of one axis where particles answer differently to the same acceleration.
+// Adds sources to P and Q of one axis, if particles respond differently to the same acceleration.
 template <class V, Arithmetic arithmetic>
 void add_sources(const Rates<Scalar<V>>& rates, const Offsets<Scalar<V>>& offsets, std::size_t axis, std::size_t i, V& P,
                  V& Q) noexcept {
@@ -75,7 +75,7 @@ void add_sources(const Rates<Scalar<V>>& rates, const Offsets<Scalar<V>>& offset
   }
 }
 
-// One axis. The uniform coefficients are copied into registers once a block: behind a reference they could alias the particles.
+// Moves one axis. Uniform coefficients are copied into registers once a block: by reference they could alias the particles.
 template <class V, Flow flow, Turn turn, Arithmetic arithmetic>
 class AxisFlow {
   using T = Scalar<V>;
@@ -151,8 +151,8 @@ class AxisFlow {
   ShearAxis<V> shear_;
 };
 
-// One axis of any flow of this kind (flow/terms.hpp), fused or shear: for one batch, which takes from `terms` what its flow
-// needs.
+// Moves one axis by any flow of a kind, fused or shear (kind_of() of flow/terms.hpp). It serves one batch, and reads the flow's
+// coefficients from `terms`.
 template <class V, Flow kind, Arithmetic arithmetic>
 class AxisFlowOfKind {
   using T = Scalar<V>;
@@ -204,12 +204,11 @@ class AxisFlowOfKind {
   std::size_t axis_;
 };
 
-// Registers' worth of particles that stay in registers through all steps of a call, so that the others' operations hide the
-// latency of one step's chain. With 1024 particles, 16 steps a call, AVX-512, by 1 | 2 | 4 | 8: drift contracted 0.25 | 0.17 |
-// 0.15 | 0.13 ns a particle-step, shear 0.35 | 0.59 | 0.41 | 0.34. With the 16 registers of AVX2 every group was slower than
-// none.
+// The number of registers of particles that stay loaded through all steps of a call, so that each hides the latency of the
+// others' chains. With 1024 particles, 16 steps a call, AVX-512, by 1 | 2 | 4 | 8: drift contracted 0.25 | 0.17 | 0.15 | 0.13
+// ns a particle-step, shear 0.35 | 0.59 | 0.41 | 0.34. With the 16 registers of AVX2 every group was slower than none.
 inline constexpr std::size_t group_registers = 8;
-// Whether a group pays: where there are 16 registers, not in steps that are not repeated, since it spills.
+// Whether a group pays. With 16 registers it spills, and pays only if steps are repeated.
 template <class V>
 bool is_worth_groups(std::size_t repeats) noexcept {
   constexpr bool are_32 = sizeof(V) == 64;
@@ -223,7 +222,7 @@ struct Columns {
   void store(Scalar<V>* group, std::size_t k, V value) const noexcept { store_lanes(group + k * V::size, value); }
 };
 
-// One axis of the group at x and v, through all steps, which are alike. i: the number of its first particle.
+// Moves one axis of the group at x and v through all steps, which are alike. i: the index of its first particle.
 template <class V, class OneAxis, class Rows>
 [[gnu::always_inline]] inline void run_group(const OneAxis& affine, const Rows& rows, Scalar<V>* x, Scalar<V>* v, std::size_t i,
                                              std::size_t steps) noexcept {

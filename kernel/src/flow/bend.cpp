@@ -8,7 +8,7 @@
 namespace dvdx {
 namespace {
 
-// Arguments of the series.
+// The largest argument of the series.
 constexpr double series_limit = 0.5;
 
 }  // namespace
@@ -36,14 +36,14 @@ void set_bend(Bend<T>& bend, double z, double q, double theta) noexcept {
   }
   for (std::size_t k = 0; k < bend.degree; ++k) bend.inverse_factorials[k] = static_cast<T>(inverse_factorials[k + first]);
 
-  // The parabola's time of impact is off by about 0.03 size of the step at most, and each step squares that.
+  // The parabola's time of impact is off by at most about 0.03 size of the step, and each of Newton's steps squares that.
   const bool is_double = sizeof(T) == 8;
   bend.is_far = size > 1;
   const double bent = std::max(size, theta);
   bend.newton_steps = bend.is_far ? 12 : bent > 0.3 ? (is_double ? 3 : 2) : bent > 0.1 ? 2 : is_double ? 2 : 1;
 
-  // The path is x0 (1 - R) + x1 R + h v0 B with R = P2/P2(1), B = P1 - P1(1) R, and B <= corner (1 - R) up to the end, where
-  // both sides vanish and their slopes give the corner: 1/2 - q/12 and 1/2 + w/24 at first.
+  // The path is x0 (1 - R) + x1 R + h v0 B with R = P2/P2(1), B = P1 - P1(1) R. B <= corner (1 - R) holds up to the end, where
+  // both sides vanish. Their slopes there give the corner: 1/2 - q/12 and 1/2 + w/24 to first order.
   const double w = z * z;
   const double P2 = psi(w, 0).psi2;
   const double P1 = psi(w, 0).psi1;

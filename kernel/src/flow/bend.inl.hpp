@@ -22,19 +22,19 @@ Responses<V> select(const Mask<V>& where, const Responses<V>& a, const Responses
           select(where, a.P3, b.P3), select(where, a.P4, b.P4), select(where, a.P5, b.P5)};
 }
 
-// The derivatives of the forces by the part of the step, times its square.
+// D1, D2, D3 of bend.hpp, m: derivatives of h^2 f by the part of the step.
 template <class V>
 struct Drive {
   Three<V> D1, D2, D3;
 };
 
-// Those of a register's particles.
+// The responses of a register's particles.
 template <class V, Arithmetic arithmetic>
 class Bending {
   using T = Scalar<V>;
 
  public:
-  // Particles side by side, the first of which is i in the plan's columns.
+  // Particles side by side, from index i of the plan's columns on.
   Bending(const Bend<T>& bend, std::size_t i) noexcept : bend_(bend) {
     for (std::size_t axis = 0; axis < 3; ++axis) {
       w[axis] = bend.w_each[axis] != nullptr ? load_lanes<V>(bend.w_each[axis] + i) : V(bend.w[axis]);

@@ -1,4 +1,4 @@
-// From the strongest spring and drag of a plan to the series of bend.hpp.
+// Chooses the series of bend.hpp by the strongest spring and drag of a plan.
 #pragma once
 
 #include "flow/bend.hpp"
@@ -6,7 +6,7 @@
 namespace dvdx {
 
 // z: the greatest sqrt(W) |h|, q: the greatest g |h| of any particle and axis; theta: the greatest angle by which a force of
-// time turns in a step (of a polynomial 1), 0 where no force depends on time. Leaves the numbers w and q themselves alone.
+// time turns in a step (1 for a polynomial), 0 if no force depends on time. Does not set Bend::w and Bend::q.
 template <class T>
 void set_bend(Bend<T>& bend, double z, double q, double theta) noexcept;
 

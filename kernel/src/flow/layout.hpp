@@ -1,9 +1,9 @@
-// The layout pass: structs and tiles of the caller's, into columns and back, and stepped where they lie.
+// The layout pass: copies the caller's structs into columns and back, or steps structs and tiles in place.
 //
-// Structs hold x and v as three numbers side by side each, at any stride. A step of the flows that are alike for all particles
-// and touch nothing else (drift, fused, driven_fused of flow) needs no columns: an axis is a lane, so that a register
-// holds the threes of some particles, with their coefficients by lane. Other steps go through columns, by transposes.
-// Nothing but x and v is read or written: what lies between them may belong to another thread.
+// Structs hold x and v as three adjacent numbers each, at any stride. Flows that are alike for all particles and touch nothing
+// else (drift, fused, driven_fused) need no columns: an axis is a lane, so a register holds the threes of some particles, with
+// their coefficients by lane. Other steps go through columns, by transposes. Only x and v are read or written: memory between
+// them may belong to another thread.
 #pragma once
 
 #include <array>
@@ -32,18 +32,18 @@ struct Tiles {
   std::ptrdiff_t stride = 0;  // elements
 };
 
-// Steps the first particles, as many as fill whole registers, and returns how many these are.
+// Steps the first particles, as many as fill whole registers, and returns their number.
 template <class T>
 using StepStructs = std::size_t (*)(const Structs<T>&, std::size_t count, const Terms<T>&, const Steps<T>&) noexcept;
 template <class T>
 using StepTiles = std::size_t (*)(const Tiles<T>&, std::size_t count, const Terms<T>&, const Steps<T>&) noexcept;
 
-// One function a flow that is stepped in place.
+// A function for each flow that is stepped in place.
 template <class Step>
 struct AsTheyLie {
   Step drift = nullptr, fused = nullptr, driven_fused = nullptr;
 
-  // Null: the flow takes columns.
+  // Returns null if the flow needs columns.
   [[nodiscard]] Step at(Flow flow) const noexcept {
     if (flow == Flow::drift) return drift;
     if (flow == Flow::fused) return fused;

@@ -12,8 +12,8 @@
 namespace dvdx {
 namespace {
 
-// Asks for what comes 2 KiB later. 8 million structs of 24, 28 and 32 bytes took 1.3 times a scaling of them, and take 1.1;
-// those of 48 and more gained nothing.
+// Prefetches memory 2 KiB ahead. 8 million structs of 24, 28 and 32 bytes took 1.3 times as long as scaling them; with it they
+// take 1.1 times as long. Structs of 48 bytes and more gained nothing.
 template <class T>
 [[gnu::always_inline]] inline void fetch_ahead(const Threes<T>& threes, std::size_t i, std::size_t count) noexcept {
   constexpr std::ptrdiff_t line = 64, ahead = 32 * line, widest = 40;
@@ -49,12 +49,12 @@ void store_columns(const std::array<const Scalar<V>*, 3>& from, std::size_t coun
   }
 }
 
-// Registers that hold a record, where one holds no whole record.
+// The number of registers that a record takes, if it is larger than a register.
 template <class V>
 inline constexpr std::size_t parts_of_record = V::size < 4 ? 4 / V::size : 1;
 
-// A coefficient of each axis in the lanes of its numbers, where one of each axis and `period` - 3 others, which get 0, stand in
-// turn.
+// Returns a register with a coefficient of each axis in the lanes of that axis. Lanes repeat after `period` numbers: one for
+// each axis, and `period` - 3 others, which get 0.
 template <class V, std::size_t period, class Of>
 V by_axis(std::size_t part, const Of& of) noexcept {
   alignas(64) std::array<Scalar<V>, V::size> lanes;
@@ -65,7 +65,7 @@ V by_axis(std::size_t part, const Of& of) noexcept {
   return load_lanes<V>(lanes.data());
 }
 
-// Moves a register of records of `period` numbers, as AxisFlow does one of an axis.
+// Moves a register of records of `period` numbers, as AxisFlow moves a register of one axis.
 template <class V, Flow flow, Arithmetic arithmetic, std::size_t period>
 class RecordFlow {
   using T = Scalar<V>;
@@ -97,7 +97,7 @@ class RecordFlow {
   V A_, B_, C_, S_, P_, Q_, c_;
 };
 
-// All steps, which are alike, in registers.
+// Moves records through all steps, which are alike, in registers.
 template <class V, Flow flow, Arithmetic arithmetic>
 class StructMover {
   using T = Scalar<V>;
@@ -156,7 +156,7 @@ void move_structs(const Structs<Scalar<V>>& structs, std::size_t count, const Te
   }
 }
 
-// Threes side by side, with nothing between them, are one flat array: the axes' order comes again after three registers.
+// Threes with nothing between them are one flat array, in which the axes' order repeats after three registers.
 template <class V, Flow flow, Arithmetic arithmetic>
 void move_dense(const Structs<Scalar<V>>& structs, std::size_t count, const Terms<Scalar<V>>& terms,
                 const Offsets<Scalar<V>>& offsets, std::size_t steps) noexcept {
@@ -191,7 +191,7 @@ std::size_t step_structs(const Structs<Scalar<V>>& structs, std::size_t count, c
   return whole;
 }
 
-// Registers of a tiled column, each within a tile. Those of a group lie by the same offsets behind its first.
+// Registers of a tiled column, each within a tile. The offsets from the first register of a group are the same in all groups.
 template <class V>
 class InTiles {
   using T = Scalar<V>;
@@ -215,7 +215,7 @@ class InTiles {
   std::array<std::ptrdiff_t, group_registers> offsets_;
 };
 
-// Registers of which each holds the rows of two tiles.
+// Registers that each hold the rows of two tiles.
 template <class V>
 class InTwoTiles {
   using T = Scalar<V>;

@@ -7,18 +7,18 @@
 
 namespace dvdx {
 
-// With r = x - anchor, n = r/|r|, l the rest length. |r| = 0 has no direction: n = 0 there, and the spring does nothing.
+// r = x - anchor, n = r/|r|, l is the rest length. |r| = 0 has no direction: n = 0 there, and the spring does nothing.
 //
-// Kick at the middle of the step, on (x1, v1), which are there; u = n.v1 of the moment:
+// Kick at the middle of the step, which has then reached (x1, v1); u = n.v1 of the moment:
 //   every spring in list order     v += (E - 1) u n
 //   every spring                   v -= kappa (|r| - l) n
 //   every spring in reverse order  v += (E - 1) u n          a palindrome, so that a step with -h undoes it
 // Contribution from the step's start, with the axis at the drifted midpoint: r = (x0 - anchor) + v0 h/2, u = n.v0,
-//   e = |r| - l - (h/2) u        the length at the start as far as the drift along n tells
+//   e = |r| - l - (h/2) u        the stretch at the start, as far as the drift along n tells
 //   dv = -(A e + B u) n,   dx = -(C e + D u) n
-// (with the axis at x0 instead, a spinning spring gains energy and is of first order.)
+// (With the axis at x0 a spinning spring would gain energy, and the step would be of first order.)
 
-// One radial spring; a column pointer that is null means that the uniform value holds for all.
+// One radial spring. If a column pointer is null, the uniform value holds for all particles.
 template <class T>
 struct RadialTerms {
   T A = 0, B = 0, C = 0, D = 0;  // contribution along the axis (every method but combined)

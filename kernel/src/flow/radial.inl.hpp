@@ -1,4 +1,4 @@
-// The radial pass, wide. Formulas only: where they come from stands in radial.hpp, their scalar twin in radial_reference.hpp.
+// The radial pass, wide. radial.hpp derives the formulas; the scalar twin is radial_reference.hpp.
 #pragma once
 
 #include <cstddef>

@@ -6,8 +6,8 @@
 namespace dvdx {
 
 // Arrays of `count` (a multiple of 16) float64. In: W = stiffness/mass >= 0, 1/s^2, and g = damping/mass >= 0, 1/s. Out: the
-// combined step of forces/combined.hpp, with X = h^2 psi_2 the position's gain of a constant acceleration (the velocity's is
-// S). Bound: 6 eps of float64, or 2 z eps of the amplitude for z = sqrt(W) |h| > 1; z must not exceed sincos_fast
+// combined step of forces/combined.hpp; X = h^2 psi_2 is the position's gain of a constant acceleration (S is the velocity's).
+// The error is at most 6 eps of float64, or 2 z eps of the amplitude for z = sqrt(W) |h| > 1; z must not exceed sincos_fast
 // (math/elementary.hpp).
 struct RateRun {
   std::size_t count = 0;
@@ -19,9 +19,9 @@ struct RateRun {
 
 using RatePass = void (*)(const RateRun&);
 
-// The effect of sin and cos of a forcing's phase on the same particles: in_v sin + quad_v cos in dv, in_x and quad_x in dx.
-// One Taylor series of both (derived in rate_reference.hpp): right for W h^2, |g h| and |theta| up to psi_taylor_limit
-// (math/psi.hpp), and nowhere near a division.
+// The response of the same particles to sin and cos of a forcing's phase: in_v sin + quad_v cos in dv, in_x and quad_x in dx.
+// One Taylor series gives both (derived in rate_reference.hpp). It holds for W h^2, |g h| and |theta| up to psi_taylor_limit
+// (math/psi.hpp), and has no division.
 struct RateSinusoid {
   std::size_t count = 0;
   double h = 0;

@@ -1,5 +1,5 @@
 // The rate pass, wide: exponential, sine, cosine and psi in the lanes, operation by operation as in math/elementary.cpp and
-// math/psi.cpp, where the derivations stand. Never contracted: coefficients have the same bits in every arithmetic.
+// math/psi.cpp, which derive them. It is never contracted: coefficients have the same bits in every arithmetic.
 #pragma once
 
 #include <cstddef>

@@ -1,4 +1,4 @@
-// The residual pass: what a compensated state keeps in two columns of float32, as one float64, and back.
+// The residual pass: converts numbers, kept by a compensated state in two columns of float32, to float64 and back.
 #pragma once
 
 #include <cstddef>
@@ -8,8 +8,8 @@ namespace dvdx {
 struct ResidualKernels {
   // out[k] = value[k] + residual[k], exactly.
   void (*sum)(const float* value, const float* residual, std::size_t count, double* out) noexcept;
-  // value[k] is the float32 nearest to in[k], and residual[k] the one nearest to what that leaves; 0 where value[k] is not
-  // finite.
+  // value[k] becomes the float32 nearest to in[k], and residual[k] the float32 nearest to in[k] - value[k], or 0 if value[k] is
+  // not finite.
   void (*split)(const double* in, std::size_t count, float* value, float* residual) noexcept;
 };
 

@@ -10,18 +10,18 @@
 
 namespace dvdx {
 
-// How a block's particles move between impacts. Each has a wide body and a scalar twin in flow.
+// The motion of a block's particles between impacts. Each flow has a wide body and a scalar twin in flow/.
 enum class Flow : std::uint8_t {
   drift,       // no spring: x += S v + Q,  v += P - B v
   fused,       // springs to one anchor:  x += S v - C e,  v -= A e + B v,  e = x - c
-  fused_each,  // an anchor each
+  fused_each,  // an anchor for each particle
   shear,       // oscillating, in three shears: x += d,  v = u
   shear_each,
-  driven_fused,  // with the offsets P and Q of what else accelerates
+  driven_fused,  // with the offsets P and Q of other accelerations
   driven_fused_each,
   driven_shear,
   driven_shear_each,
-  rate_drift,  // coefficients each; always driven
+  rate_drift,  // coefficients for each particle; always driven
   rate_fused,
   rate_shear,
 };
@@ -53,8 +53,8 @@ constexpr StepFeatures features_of(std::size_t radial_springs, std::size_t conta
   return static_cast<StepFeatures>((contacts != 0 ? 1 : 0) + (radial_springs != 0 ? 2 : 0));
 }
 
-// Beside radial springs, which take longer than any flow, one body serves all flows of a kind: springs to one anchor or to an
-// anchor each, driven or not, turned or not. Each batch asks for that once an axis.
+// Beside radial springs, which take longer than any flow, one body serves all flows of a kind: one anchor or one for each
+// particle, driven or not, turned or not. Each batch tests for these once an axis.
 constexpr Flow kind_of(Flow flow) noexcept {
   if (is_rate(flow) || is_drift(flow)) return flow;
   return is_shear(flow) ? Flow::shear : Flow::fused;
@@ -66,10 +66,10 @@ constexpr bool is_asked(Flow flow, StepFeatures features) noexcept {
 // Position-independent accelerations whose effect differs from particle to particle (rate flows only).
 inline constexpr std::size_t max_sources = 16;
 
-// One step's position-independent part, made in float64 for each step and rounded.
+// The position-independent part of one step, made in float64 for each step and rounded.
 template <class T>
 struct Offsets {
-  std::array<T, 3> P, Q;                                // dv and dx alike for all
+  std::array<T, 3> P, Q;                                // dv and dx, the same for all particles
   std::array<std::array<T, 3>, max_sources> amplitude;  // of every source that a rate flow has, by axis
   std::array<std::array<T, 3>, 3> drive;                // D1, D2, D3 of flow/bend.hpp, m, by axis
 };
@@ -91,7 +91,7 @@ template <class T>
 struct Rates {
   AxisColumns<T> A{}, B{}, C{}, S{};       // rate_drift, rate_fused
   AxisColumns<T> sign{}, t1{}, s{}, t2{};  // rate_shear, which is undamped
-  std::size_t sources = 0;                 // how many of the following are used
+  std::size_t sources = 0;                 // number of the following that are used
   std::array<AxisColumns<T>, max_sources> gain_v{}, gain_x{};
 };
 
@@ -109,45 +109,45 @@ struct Terms {
   std::array<ShearAxis<T>, 3> shear{};
   Turn turn = Turn::none;
   std::array<T, 3> anchor{};     // uniform anchor
-  AxisColumns<T> anchor_each{};  // or one each
+  AxisColumns<T> anchor_each{};  // or one for each particle
   Rates<T> rates{};
   const Surface<T>* surfaces = nullptr;
   std::size_t surface_count = 0;
   const SurfaceGroup* groups = nullptr;  // of group_size surfaces each, where blocks search
-  bool moves = false;                    // whether some surface does
+  bool moves = false;                    // whether some surface moves
   bool searches = false;                 // whether each block looks for the surfaces near it (flow/near.hpp)
   bool are_planes = false;               // whether all surfaces are planes, and no block searches
-  bool pushes = false;                   // whether some surface pushes out what starts inside it; blocks search then
-  const Terms* whole = nullptr;          // of a block's own terms: those of all surfaces
-  Region<T> region{};                    // ... and where its list of them holds
-  int impacts = 0;                       // of a particle in a step that are resolved in time order
+  bool pushes = false;                   // whether some surface pushes out particles that start inside; blocks search then
+  const Terms* whole = nullptr;          // in a block's own terms: the terms with all surfaces
+  Region<T> region{};                    // ... and the region for which its list is valid
+  int impacts = 0;                       // the most of a particle in a step that are resolved in time order
   T h = 0;                               // the whole step, s
   Bend<T> bend{};                        // of the paths on which impacts are looked for
   const RadialTerms<T>* radial = nullptr;
   std::size_t radial_count = 0;
-  std::size_t kicks = 0;     // how many of the radial springs, which stand first, kick at the middle of the step
+  std::size_t kicks = 0;     // number of radial springs that kick at the middle of the step; they stand first
   bool are_bounded = false;  // whether blocks search, and all surfaces rest and lie in a box:
-  Region<T> bound{};         // ... this one, about the boxes that overlaps() looks at
+  Region<T> bound{};         // ... this one, about the boxes that overlaps() tests
 };
 
 inline constexpr std::size_t max_block = 1024;  // particles
 
-// Particles that are stepped while they stay in first-level cache: contiguous columns, `count` a multiple of 16 (what lies
-// beyond the particles is padding). `first` is the index of x[.][0] in the plan's own columns.
+// Particles that are stepped while they stay in first-level cache: contiguous columns, `count` a multiple of 16 (the elements
+// beyond the particles are padding). `first` is the index of x[.][0] in the plan's own columns.
 template <class T>
 struct Block {
   std::array<T*, 3> x{}, v{};
-  // Where the last flow left the particles, if springs have moved them since: contacts count that way to this flow. Null: at x.
+  // Where the last flow left the particles, if springs moved them since: contacts count that to this flow. Null: at x.
   std::array<const T*, 3> from{};
-  // The sweeps' shift, taken first where the flow is all that acts: x += to_x shift, v += to_v shift, shift = 0. Null: none.
+  // The sweeps' shift, added first if nothing but the flow acts: x += to_x shift, v += to_v shift, shift = 0. Null: none.
   std::array<T*, 3> shift{};
   T to_x{}, to_v{};
   std::size_t first = 0, count = 0;
-  ContactLog<T>* log = nullptr;  // null: nobody asks what contacts do
+  ContactLog<T>* log = nullptr;  // null: contacts are not logged
 };
 
-// offsets[n * offsets_per_step] belongs to step n; where springs kick at the middle of a step, offsets[... + 1] to its second
-// half.
+// offsets[n * offsets_per_step] belongs to step n. If springs kick at the middle of a step, offsets[... + 1] belongs to its
+// second half.
 template <class T>
 struct Steps {
   const Offsets<T>* offsets = nullptr;

@@ -1,4 +1,4 @@
-// "Be there at the end of the next step", of a motion: what is wrong with it, and where it is kept.
+// Checks and stores a caller's request that a motion be at a pose at the end of the next step, or jump to it.
 #pragma once
 
 #include <cstddef>

@@ -1,5 +1,5 @@
-// Motions and kinematic particles that the caller drives: "be there at the end of the next step". It belongs to a state, and
-// stands in its workspace.
+// Motions and kinematic particles that the caller drives by requests "be there at the end of the next step". Each state has its
+// own, in its workspace.
 #pragma once
 
 #include <cstddef>
@@ -13,26 +13,26 @@
 
 namespace dvdx {
 
-// The step on which what is driven is on its way.
+// The step during which a driven motion or group of particles travels to its target.
 struct DrivenStep {
   Clock begin{};
   double duration = 1;  // s
 
-  // 0..1, and exactly 1 at the end, which a sum of sub-steps may miss by rounding.
+  // Returns the part of the step that has passed, 0..1: exactly 1 at the end, which a sum of sub-steps may miss by rounding.
   [[nodiscard]] double part_passed(const Clock& at) const noexcept {
     const double part = ((at.seconds - begin.seconds) + (at.carry - begin.carry)) / duration;
     if (part > 1 - 1e-6) return 1;
     return part > 0 ? part : 0;
   }
 
-  // Passes each number to an archive, which reads or writes it; so do the pass() below.
+  // Passes each number to an archive, which reads or writes it. The other pass() functions below do the same.
   template <class Archive>
   void pass(Archive& archive) {
     for (double* const number : {&begin.seconds, &begin.carry, &duration}) archive(*number);
   }
 };
 
-// Where it was asked to go.
+// The pose that a motion was asked to reach.
 struct PoseTarget {
   Vec3 translation{};
   Quaternion turn{};
@@ -46,7 +46,7 @@ class DrivenMotion {
     asked_.reset();
   }
 
-  // Wherever it is, and is to go, is carried along; its keys go on from there.
+  // Moves the current pose and all targets by `by`. If the motion follows its keys, their poses move along.
   void carry(const RigidMotion& by, const PoseTrack& track) noexcept {
     for (std::optional<PoseTarget>* const target : {&asked_, &jumped_}) {
       if (!*target) continue;
@@ -62,7 +62,7 @@ class DrivenMotion {
     to_ = moved(by, *to_);
   }
 
-  // Before a call: where it has jumped to, it rests.
+  // Puts a motion that has jumped at rest at its new pose. Runs before each call of step().
   void arrive(const PoseTrack& track, const Clock& clock) noexcept {
     if (!jumped_) return;
     MovedPose pose = at(track, clock);
@@ -72,7 +72,7 @@ class DrivenMotion {
     jumped_.reset();
   }
 
-  // A step of this duration begins: it goes where it was asked to, or rests where the step before has led.
+  // Begins a step of `duration` s. It leads to the pose asked for; without one, a motion that was driven rests where it is.
   void begin(const PoseTrack& track, const Clock& clock, double duration) noexcept {
     if (!asked_) {
       if (to_) rest_at(*to_);
@@ -98,7 +98,7 @@ class DrivenMotion {
     pose.turn = quaternion(scaled(from_.angular_velocity, passed)) * from_.turn;
     return pose;
   }
-  // At `end`, with the velocities that lead there from `start`.
+  // Returns the pose at `end`, with the velocities that lead there from `start`.
   [[nodiscard]] MovedPose at_end_of(const PoseTrack& track, const Clock& start, const Clock& end) const noexcept {
     return to_ ? at(track, end) : by_keys(track.at_end_of(start, end));
   }
@@ -133,7 +133,7 @@ class DrivenMotion {
   }
 
  private:
-  // Whether it is there, and if so what.
+  // Passes whether the value is there and, if so, the value.
   template <class Archive, class Value, class Pass>
   static void pass_there(Archive& archive, std::optional<Value>& value, const Pass& pass) {
     bool is_there = value.has_value();
@@ -152,13 +152,13 @@ class DrivenMotion {
   }
 
   std::optional<PoseTarget> asked_, jumped_;
-  std::optional<RigidMotion> carried_;  // from where its keys have it
+  std::optional<RigidMotion> carried_;  // moves the pose that the keys give
   MovedPose from_;
-  std::optional<MovedPose> to_;  // none: by the motion's keys
+  std::optional<MovedPose> to_;  // none: the motion follows its keys
   DrivenStep step_;
 };
 
-// The particles of one group of Scene::kinematic, each by itself. m, in the world.
+// The particles of one group of Scene::kinematic, each with its own path. Places are in m, in world coordinates.
 class DrivenPlaces {
  public:
   explicit DrivenPlaces(std::size_t particles = 0) : particles_(particles) {}
@@ -166,13 +166,13 @@ class DrivenPlaces {
   [[nodiscard]] std::size_t particles() const noexcept { return particles_; }
   [[nodiscard]] bool is_driven() const noexcept { return is_driven_; }
 
-  // Allocates at the first call, and changes nothing where that fails.
+  // Allocates at the first call. If that fails, it changes nothing.
   void ask(std::span<const Vec3> places) {
     if (paths_.empty()) paths_.resize(places.size());
     for (std::size_t i = 0; i < places.size(); ++i) paths_[i].asked = places[i];
     is_asked_ = true;
   }
-  // They rest there from now on; likewise.
+  // Puts the particles at rest at `places`. It allocates as ask() does.
   void jump(std::span<const Vec3> places) {
     if (paths_.empty()) paths_.resize(places.size());
     for (std::size_t i = 0; i < places.size(); ++i) paths_[i] = {.from = places[i], .to = places[i]};
@@ -189,7 +189,7 @@ class DrivenPlaces {
 
   [[nodiscard]] bool has_path() const noexcept { return is_asked_ || is_driven_; }
 
-  // Begins a step of a group that has a path: each particle, from `undriven` where nothing has driven it yet; then the group.
+  // Begin a step of a group that has a path: first each particle, from `undriven` unless it was driven before, then the group.
   void begin(std::size_t i, const Vec3& undriven, double duration) noexcept {
     Path& path = paths_[i];
     path.from = is_driven_ ? path.to : undriven;
@@ -212,7 +212,7 @@ class DrivenPlaces {
   }
   [[nodiscard]] const Vec3& velocity(std::size_t i) const noexcept { return paths_[i].velocity; }
 
-  // has(n): whether the archive has n numbers more, asked before memory is taken for them.
+  // has(n) returns whether the archive has n more numbers. It is asked before memory is allocated for them.
   template <class Archive, class Has>
   void pass(Archive& archive, const Has& has) {
     archive(is_asked_);

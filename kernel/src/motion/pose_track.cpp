@@ -4,7 +4,7 @@
 
 namespace dvdx {
 
-// s, from the part's start to a time.
+// Returns the time from the start of the part to `clock`, s.
 double PoseTrack::passed_since(const Part& part, const Clock& clock) noexcept {
   return (clock.seconds - part.start) + clock.carry;
 }

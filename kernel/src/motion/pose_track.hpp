@@ -1,4 +1,4 @@
-// Pose and velocity of a motion, at any time of the scene.
+// Pose and velocity of a motion at any time of the scene.
 #pragma once
 
 #include <cstddef>
@@ -11,21 +11,21 @@
 
 namespace dvdx {
 
-// rad: a surface that turns by theta in a flow sees a path that bends by theta^3 where the pass has a parabola, so by this at
-// most.
+// The most that a surface may turn in one flow, rad. A surface that turns by theta sees the path bend by theta^3 away from the
+// parabola that the pass uses.
 inline constexpr double most_turn = 0.5;
 
-// A motion, its keys' orientations and rates made once.
+// A motion whose orientations and rates are computed once from its keys.
 class PoseTrack {
  public:
   explicit PoseTrack(const Motion& motion);
 
   [[nodiscard]] const Vec3& center() const noexcept { return center_; }
-  // At a key the velocity is that after it.
+  // At a key, the velocity is the one after the key.
   [[nodiscard]] MovedPose at(const Clock& clock) const noexcept;
-  // At `end`, with the velocities that lead there from `start`.
+  // Returns the pose at `end`, with the velocities that lead there from `start`.
   [[nodiscard]] MovedPose at_end_of(const Clock& start, const Clock& end) const noexcept;
-  // The first key that is not reached at a finite speed.
+  // Returns the first key that would have to be reached at an infinite speed.
   [[nodiscard]] std::optional<std::size_t> first_without_end() const noexcept;
   // The greatest angular velocity between any two keys, rad/s.
   [[nodiscard]] double fastest_turn() const noexcept;

@@ -9,12 +9,12 @@ namespace dvdx {
 namespace {
 
 constexpr int most_rounds = 64;
-constexpr double rounding = 1e-14;  // of the squares of the corners
-constexpr double close = 1e-9;      // of the square of the distance: balls are met by one corner after the other
+constexpr double rounding = 1e-14;  // relative to the largest square of a corner
+constexpr double close = 1e-9;      // relative to the square of the distance: a ball is approached corner by corner
 
 struct Corner {
   Vec3 w{};
-  std::size_t a = 0;  // corner of the triangle
+  std::size_t a = 0;  // index of the triangle's corner
   double part = 0;
 };
 
@@ -37,7 +37,7 @@ Corner farthest_along(const Vec3& x, double length, const std::array<Vec3, 3>& t
   return {difference(triangle[a], b), a};
 }
 
-// Up to four corners, and how much of each their point of least norm is.
+// Up to four corners, and the part of each in their point of least norm.
 struct Corral {
   std::array<Corner, 4> of;
   std::size_t count = 0;
@@ -48,7 +48,7 @@ struct Corral {
     return x;
   }
 
-  // Parts of the point of least norm of the plane through all; none where they do not span one.
+  // Returns the parts of the point of least norm in the plane through all corners, or none if they do not span it.
   [[nodiscard]] std::optional<std::array<double, 4>> parts_of_plane() const noexcept {
     const std::size_t n = count - 1;
     std::array<Vec3, 3> e{};
@@ -77,7 +77,7 @@ struct Corral {
 
   void drop(std::size_t k) noexcept { of[k] = of[--count]; }
 
-  // To the point of least norm; whether there is one that differs from what was before the last corner came.
+  // Moves to the point of least norm and drops unused corners. Returns false if the last corner depends on the others.
   [[nodiscard]] bool settle() noexcept {
     while (count > 1) {
       const auto parts = parts_of_plane();
@@ -96,7 +96,7 @@ struct Corral {
         for (std::size_t k = 0; k < count; ++k) of[k].part = (*parts)[k];
         return true;
       }
-      if (!(way >= 0)) way = 0;  // of 0 to 0
+      if (!(way >= 0)) way = 0;  // 0/0
       for (std::size_t k = 0; k < count; ++k) of[k].part = of[k].part + way * ((*parts)[k] - of[k].part);
       drop(first);
     }
@@ -110,7 +110,7 @@ struct Corral {
 Closest closest(const std::array<Vec3, 3>& triangle, std::span<const CoreBall> core, double far) noexcept {
   Corral corral;
   Vec3 x = difference(triangle[0], core[0].at);
-  double size = 0;  // square of the farthest corner
+  double size = 0;  // largest square of a corner
   for (int round = 0; round < most_rounds; ++round) {
     const double square = dot(x, x);
     if (!(square > rounding * rounding * size)) return {.how = Meeting::pierced};

@@ -10,7 +10,7 @@ Vec3 mixed(const std::array<double, 3>& weight, const std::array<Vec3, 3>& of) n
   return sum(sum(scaled(of[0], weight[0]), scaled(of[1], weight[1])), scaled(of[2], weight[2]));
 }
 
-// No coordinate is NaN or beyond all use.
+// Returns true if every coordinate is below 1e30 in size, and none is NaN.
 bool is_sound(const std::array<Vec3, 3>& corners) noexcept {
   for (const Vec3& x : corners) {
     for (const double number : x) {
@@ -30,7 +30,7 @@ bool overlaps(const FaceBody& body, const std::array<Vec3, 3>& y) noexcept {
 
 Vec3 along(const Vec3& n, const Vec3& a) noexcept { return scaled(n, dot(n, a)); }
 
-// Less Coulomb's friction, `most` of it.
+// Returns t less Coulomb's friction, which takes at most `most` off its length.
 Vec3 slowed(const Vec3& t, double most) noexcept {
   const double size = length(t);
   return size > most ? scaled(t, (size - most) / size) : Vec3{};
@@ -76,7 +76,7 @@ bool find_pulse(const FaceBody& body, const BodyPose& pose, const FaceCorners& c
   const Vec3 way = difference(difference(pulse.x, point(corners.was)), scaled(V, seconds));
   const Vec3 rest = difference(difference(point(corners.to), pulse.x), scaled(V, seconds * (part.count - part.number)));
   const double inwards = -dot(n, way);
-  const double within = inwards > depth ? depth / inwards : 1;  // of the part, since it came in
+  const double within = inwards > depth ? depth / inwards : 1;  // fraction of the part since the point came in
   const double onwards = std::max(0.0, -dot(n, rest));
   const double pushed = std::min(depth, std::max(0.0, inwards)) + onwards;
   const Vec3 slide = scaled(difference(way, along(n, way)), within);
@@ -86,7 +86,7 @@ bool find_pulse(const FaceBody& body, const BodyPose& pose, const FaceCorners& c
   pulse.move = sum(scaled(n, out), held(slide));
   pulse.move_on = sum(scaled(n, out + onwards), held(slide_on));
 
-  // Velocities as time runs: backwards what leaves comes in.
+  // Velocities along the direction of time: in a step backwards, a point that leaves comes in.
   const double sign = part.h < 0 ? -1 : 1;
   const Vec3 u = scaled(difference(point(corners.v), V), sign);
   const double u_n = dot(n, u);

@@ -14,12 +14,12 @@
 namespace dvdx {
 namespace {
 
-// By how much of their half width the edges of bodies are rounded; and by how much of the sides of the triangles at most, as a
-// tip of the angle a recedes by 1/sin(a/2) - 1 times that.
+// The radius that rounds the edges of bodies, as a part of their half width. Convex bodies: at most rounding_of_tip of the
+// triangles' sides, as a tip of the angle a recedes by 1/sin(a/2) - 1 times the radius.
 constexpr double rounding_of_box = 0.25, rounding_of_convex = 0.125, rounding_of_tip = 1.0 / 32;
-// A tip whose planes are all less than this off its way to the body's middle, as a sine.
+// A tip is sharp if one of its planes is less than this off the direction to the body's middle, as a sine.
 constexpr double sharp = 0.5;
-constexpr std::size_t cells_of_patch = 4;  // along a row and a column of a grid
+constexpr std::size_t cells_of_patch = 4;  // along a row and along a column of a grid
 constexpr std::size_t triangles_of_patch = 2 * cells_of_patch * cells_of_patch;
 
 // ---- widths -----------------------------------------------------------------------------------------------------------------
@@ -69,7 +69,7 @@ void set_axes(ThinBody& body, const Quaternion& turn) noexcept {
   }
 }
 
-// side: the longest of all triangles'.
+// side: the longest side of all triangles, m.
 void set_core(ThinBody&, const Plane&, double) noexcept {}
 void set_core(ThinBody&, const TriangleMesh&, double) noexcept {}
 void set_core(ThinBody& body, const Sphere& sphere, double /*side*/) {
@@ -149,7 +149,7 @@ void set_body(ThinBody& body, const Contact& contact, double side) {
   }
 }
 
-// Tile by tile, so that a patch is as wide as it is long.
+// Sorts triangles tile by tile, so that a patch is as wide as it is long.
 void put_in_tiles(const Grid& grid, std::vector<Triangle>& triangles) {
   const auto tile = [&](const Triangle& t) {
     const std::size_t cell = t[0] - grid.first;
@@ -189,7 +189,7 @@ BodyPose ThinBody::at(const MovedPose& pose, const Vec3& origin) const noexcept 
 }
 
 FaceContacts::FaceContacts(const Scene& scene, std::span<const Vec3> start, const ParticleOrder& order) {
-  std::vector<std::pair<std::size_t, double>> wide;  // networks with triangles, and their sides
+  std::vector<std::pair<std::size_t, double>> wide;  // networks with triangles, and their longest sides
   const bool is_asked = scene.faces == Faces::automatic && !scene.contacts.empty();
   for (std::size_t n = 0; n < scene.networks.size() && is_asked; ++n) {
     if (const auto side = longest_side(scene.networks[n], start)) wide.emplace_back(n, *side);
@@ -260,7 +260,7 @@ bool FaceContacts::can_set(std::size_t index, const Contact& contact) const {
   const auto is_thin = [&](double side) { return width && *width < width_of_cells * side; };
   if (!was_thin) return std::none_of(sides_.begin(), sides_.end(), is_thin);
   if (!width) return false;
-  // The same networks meet it, and as many balls are its core, so that this takes no memory.
+  // The same networks must meet it, and its core must need no more balls than before: this must not allocate.
   ThinBody other{.contact = index, .width = *width};
   set_body(other, contact, sides_[0]);
   return other.shape.core.size() <= body->shape.core.capacity() && std::all_of(sides_.begin(), sides_.end(), [&](double side) {
@@ -268,7 +268,7 @@ bool FaceContacts::can_set(std::size_t index, const Contact& contact) const {
          });
 }
 
-// A convex body stays what it is (have_same_memory): its corners would take memory.
+// A convex body keeps its shape (have_same_memory): new corners would allocate.
 void FaceContacts::set_contact(std::size_t index, const Contact& contact) noexcept {
   for (ThinBody& body : bodies_) {
     if (body.contact != index) continue;

@@ -1,4 +1,4 @@
-// Which faces of cloth meet which bodies: those of networks whose cells are wider than a body. Immutable but for what tears.
+// Faces of cloth that meet bodies: a network's faces meet bodies narrower than its cells. Only tears and changes modify it.
 #pragma once
 
 #include <cstddef>
@@ -14,17 +14,17 @@
 
 namespace dvdx {
 
-// A body may slip between particles, or nearly so, that is narrower than so many times the longest side of their triangles.
+// A body narrower than this many times the longest side of the triangles may slip between particles, or nearly so.
 inline constexpr double width_of_cells = 1.5;
 
-// m: how wide a surface is where it is narrowest, its thickness included; 0 of a convex body with a tip of less than 30 degrees
-// to its middle. None of what no face meets: planes, what particles are inside of, and meshes.
+// Returns the least width of a surface with its thickness, m; 0 for a convex body with a tip of less than 30 degrees to its
+// middle. Returns none for surfaces that no face meets: planes, meshes, and surfaces with particles inside.
 [[nodiscard]] std::optional<double> least_width(const Contact& contact);
 
-// The longest side of a network's triangles at rest, m; none of a network without. start: the particles' positions.
+// Returns the longest side of a network's triangles at rest, m, or none without triangles. start: the particles' positions.
 [[nodiscard]] std::optional<double> longest_side(const Network& network, std::span<const Vec3> start);
 
-// A body and where its contact has it.
+// A body, placed by its contact.
 struct ThinBody {
   std::size_t contact = 0;
   double width = 0;  // m
@@ -33,14 +33,14 @@ struct ThinBody {
   std::array<Vec3, 3> axes{};
   FaceBody shape{};
 
-  // pose: of its motion, with center `pose.center`; origin: of the columns' coordinates.
+  // pose: of the body's motion, about `pose.center`; origin: of the columns' coordinates, m.
   [[nodiscard]] BodyPose at(const MovedPose& pose, const Vec3& origin) const noexcept;
 };
 
 // Triangles side by side, and the particles at their corners.
 struct FacePatch {
-  std::uint32_t first = 0, end = 0;                // of the triangles
-  std::uint32_t first_corner = 0, end_corner = 0;  // of the list of corners
+  std::uint32_t first = 0, end = 0;                // range of triangles
+  std::uint32_t first_corner = 0, end_corner = 0;  // range of the list of corners
 };
 
 struct FaceNetwork {
@@ -53,7 +53,7 @@ struct FaceNetwork {
 
 class FaceContacts {
  public:
-  using Corners = std::array<std::uint32_t, 3>;  // elements
+  using Corners = std::array<std::uint32_t, 3>;  // elements of the working columns
   static constexpr std::uint32_t nowhere = ~std::uint32_t{0};
 
   // The scene has been checked; start: the particles' positions.
@@ -65,13 +65,13 @@ class FaceContacts {
   [[nodiscard]] const std::vector<FaceNetwork>& networks() const noexcept { return networks_; }
   [[nodiscard]] const std::vector<FacePatch>& patches() const noexcept { return patches_; }
   [[nodiscard]] const std::vector<std::uint32_t>& corners() const noexcept { return corners_; }
-  // The first corner is nowhere where a side is torn.
+  // The first corner of a triangle with a torn side is `nowhere`.
   [[nodiscard]] const std::vector<Corners>& triangles() const noexcept { return triangles_; }
   [[nodiscard]] std::size_t bytes() const noexcept;
 
-  // Takes away what has a torn side, in the scene's networks[network].
+  // Removes triangles with a torn side from the scene's networks[network].
   void tear(std::size_t network, std::span<const Pair> pairs, const ParticleOrder& order) noexcept;
-  // Whether a contact may take the place of contacts[index] without a change of what meets what.
+  // Returns true if a contact may replace contacts[index] without changing which faces meet which bodies.
   [[nodiscard]] bool can_set(std::size_t index, const Contact& contact) const;
   void set_contact(std::size_t index, const Contact& contact) noexcept;
 
@@ -83,7 +83,7 @@ class FaceContacts {
   std::vector<FacePatch> patches_;
   std::vector<std::uint32_t> corners_;
   std::vector<Corners> triangles_;
-  std::vector<double> sides_;  // of every network with triangles
+  std::vector<double> sides_;  // m: the longest of every network with triangles
 };
 
 }  // namespace dvdx

@@ -11,13 +11,12 @@
 
 namespace dvdx {
 
-// Room for faces that meet bodies.
 template <class T>
 struct FaceRoom {
-  std::array<T*, 3> was{}, now{};  // null, or where particles were and are within a sub-step
-  double travelled = 0;            // m: nothing has gone farther in this call
-  std::vector<T> farthest{};       // m^2, of each task
-  // For each patch: up to which way travelled it is far from all bodies; and the box about it, when that was found.
+  std::array<T*, 3> was{}, now{};  // null, or the particles' places at the start and the end of a part of a sub-step
+  double travelled = 0;            // m: nothing has moved farther in this call
+  std::vector<T> farthest{};       // m^2: the largest square of a way, by task
+  // By patch: the value of `travelled` up to which it is far from all bodies, and the box about it when that was found.
   std::vector<double> due{};
   std::vector<FaceBox> boxes{};
   std::vector<std::uint32_t> near{}, corners{};  // patches, and the elements at their corners

@@ -1,5 +1,5 @@
-// Faces of cloth on bodies that are narrower than its cells, at the end of a sub-step: contact/faces/face.hpp. Near ones
-// are looked for on many threads; pulses are given by one, triangle by triangle, so that no result depends on threads.
+// Faces of cloth on bodies narrower than its cells, at the end of a sub-step: contact/faces/face.hpp. Many threads search for
+// near faces. One thread gives the pulses, triangle by triangle, so that no result depends on threads.
 #pragma once
 
 #include <algorithm>
@@ -19,7 +19,7 @@
 
 namespace dvdx {
 
-// Faces that meet bodies, and where motions carry these. elements: of a working column; origin: m, of these.
+// Faces that meet bodies, and the motions that carry the bodies. elements: of a working column; origin: of the columns, m.
 struct FacesOfScene {
   const FaceContacts& faces;
   std::size_t elements;
@@ -31,25 +31,25 @@ struct FacesOfScene {
 template <class T>
 class FaceStep {
  public:
-  // work: as the flows leave it; report: null, or what is told.
+  // work: the columns as the flows leave them; report: null, or receives the pulses.
   FaceStep(const FacesOfScene& of, FaceRoom<T>& room, const WorkColumns<T>& work, const ParallelFor& parallel,
            ContactReport::Parts* report) noexcept
       : of_(of), faces_(of.faces), room_(room), work_(work), parallel_(parallel), report_(report) {}
 
-  // A call begins, maybe with another state.
+  // Begins a call, perhaps with another state.
   void prepare() noexcept {
     room_.travelled = 0;
     std::fill(room_.due.begin(), room_.due.end(), -std::numeric_limits<double>::infinity());
     note_places();
   }
-  // A step begins where the last one has left the particles.
+  // Begins a step where the last one left the particles.
   void begin_driven_paths(const Clock& clock) noexcept {
     room_.travelled += farthest_way();
     note_places();
     for (std::size_t b = 0; b < bodies().size(); ++b) room_.poses[b] = pose_at(bodies()[b], clock);
   }
 
-  // At the end of the sub-step from `start` to `end`, of h seconds: whether anything was moved.
+  // Resolves the end of the sub-step from `start` to `end`, of h seconds. Returns whether anything was moved.
   bool meet(const Clock& start, const Clock& end, double h) noexcept {
     if (h == 0) return false;
     const double way = carry_bodies(start, end);
@@ -73,7 +73,7 @@ class FaceStep {
     return {double{columns[0][i]}, double{columns[1][i]}, double{columns[2][i]}};
   }
 
-  // ---- how far everything has gone: what is far is not looked at again before it can have come near --------------------
+  // ---- ways travelled: a far patch is not looked at again before it can have come near ---------------------------------
 
   template <class Use>
   void over_elements(const Use& use) const noexcept {
@@ -89,7 +89,7 @@ class FaceStep {
       }
     });
   }
-  // m: of any particle since its place was noted. Numbers that are not finite keep out of it.
+  // Returns the farthest way of any particle since its place was noted, m. A way that is NaN is ignored.
   [[nodiscard]] double farthest_way() noexcept {
     over_elements([&](std::size_t task, std::size_t from, std::size_t to) {
       T most = 0;
@@ -112,7 +112,7 @@ class FaceStep {
     const MovedPose pose = body.motion ? of_.motions[*body.motion].at(of_.tracks[*body.motion], clock) : MovedPose{};
     return body.at(pose, of_.origin);
   }
-  // To the end of the sub-step: how far any point of one has gone, m.
+  // Moves bodies to the end of the sub-step. Returns the farthest way of any point of a body, m.
   double carry_bodies(const Clock& start, const Clock& end) noexcept {
     double way = 0;
     for (std::size_t b = 0; b < bodies().size(); ++b) {
@@ -129,7 +129,7 @@ class FaceStep {
     return way;
   }
 
-  // ---- what is near -----------------------------------------------------------------------------------------------------
+  // ---- near patches -------------------------------------------------------------------------------------------------------
 
   void find_near(double way) noexcept {
     for (const FaceNetwork& network : faces_.networks()) {
@@ -144,7 +144,7 @@ class FaceStep {
       if (!(room_.travelled < room_.due[p])) room_.near.push_back(static_cast<std::uint32_t>(p));
     }
   }
-  // When it may be near, and the box about its way.
+  // Finds when patch p may next be near a body, and the box about its way.
   void look_at(const FaceNetwork& network, std::size_t p, double way) noexcept {
     if (room_.travelled < room_.due[p]) return;
     const FacePatch& patch = faces_.patches()[p];
@@ -161,13 +161,13 @@ class FaceStep {
     }
     room_.due[p] = room_.travelled + (gap > 0 ? gap : 0);
   }
-  // m, at least; above 0 where nothing in the box touches the body in this sub-step.
+  // Returns a lower bound of the gap, m; above 0, nothing in the box touches the body in this sub-step.
   [[nodiscard]] double gap_to(std::size_t b, const FaceBox& box, double way) const noexcept {
     const FaceBody& shape = bodies()[b].shape;
     return 0.999 * box.gap_to(shape, room_.poses[b]) - (1e-6 * shape.radius + way);
   }
 
-  // ---- what meets -------------------------------------------------------------------------------------------------------
+  // ---- meetings -----------------------------------------------------------------------------------------------------------
 
   void meet_near(const Clock& start, double h, double way) noexcept {
     const int count = parts_of(h, way);
@@ -194,7 +194,7 @@ class FaceStep {
     for (const std::uint32_t i : room_.corners) room_.is_listed[i] = 0;
   }
 
-  // Which bodies are met, and in how many parts the sub-step is gone along; none: nothing is met.
+  // Finds which bodies are met, and returns the number of parts of the sub-step; 0: nothing is met.
   [[nodiscard]] int parts_of(double h, double way) noexcept {
     double least = std::numeric_limits<double>::infinity();
     double fastest = 0;
@@ -309,7 +309,7 @@ class FaceStep {
   const ParallelFor& parallel_;
   ContactReport::Parts* report_;
   std::optional<ContactSums> sums_;  // of the contact that was met last
-  double pushed_ = 0;                // m: no particle was by more in this sub-step
+  double pushed_ = 0;                // m: no particle was pushed farther in this sub-step
 };
 
 }  // namespace dvdx

@@ -1,5 +1,5 @@
-// The commonest impact straight on, wide: lanes that come from above the only plane, bounce off it once along their parabolas,
-// and do not come near it again. The formulas and their order are those of resolve_all (impact.inl.hpp).
+// A fast path for the most common impact, wide: lanes that come from above the only plane, bounce off it once along parabolas,
+// and do not come near it again. Formulas and their order are those of resolve_all (impact.inl.hpp).
 #pragma once
 
 #include <cstddef>
@@ -19,8 +19,8 @@ bool is_one_plane(const Terms<Scalar<V>>& terms) noexcept {
          surface.tau == 1;
 }
 
-// The record of such bounces for a log: where and how long before the end, what they changed of the velocity, and which of the
-// lanes did not just lie there (is_pressed_on of the twin).
+// Bounces for a log: the place x, the change dv of the velocity, the time t before the end. is_impact: lanes that did not just
+// lie on the plane (is_pressed_on of the twin).
 template <class V>
 struct Bounce {
   Mask<V> bounces, is_impact;
@@ -38,7 +38,7 @@ Mask<V> is_pressed_on(const Surface<Scalar<V>>& surface, const Trajectory<V>& m,
   return ((start <= near) & is_slow) | hovers<V>(surface, start, out, press, h);
 }
 
-// Returns the lanes that are left. told: null, or what a log is told of.
+// Bounces lanes and returns those that are left to resolve. told: null, or receives the bounces for a log.
 template <class V, Arithmetic arithmetic>
 [[gnu::noinline]] Mask<V> bounce_once(const Terms<Scalar<V>>& terms, Mask<V> touches, Trajectory<V>& m,
                                       Bounce<V>* told = nullptr) noexcept {

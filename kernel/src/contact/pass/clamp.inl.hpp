@@ -1,4 +1,4 @@
-// Particles whose step ends inside a surface, wide: put onto it, or between two that leave no room. The scalar twin:
+// Puts particles whose step ends inside a surface onto it, or between two surfaces that leave no room, wide. The scalar twin:
 // impact_reference.hpp.
 #pragma once
 
@@ -40,8 +40,8 @@ void clamp(const Surface<Scalar<V>>& surface, Trajectory<V>& m, const ImpactStat
   }
 }
 
-// Lanes on `a` are inside b. Where both face each other and have left them no room since the start, they go to the middle
-// between them, with their friction. Those that do.
+// Lanes on `a` are inside `b`. If the surfaces face each other and leave the lanes no room at the start either, moves them to
+// the middle, with friction. Returns the lanes it moved.
 template <class V, Arithmetic arithmetic, PathForm form>
 [[gnu::noinline]] Mask<V> pinch(const Surface<Scalar<V>>& a, const Surface<Scalar<V>>& b, Trajectory<V>& m,
                                 const ImpactState<V, arithmetic, form>& state, Mask<V> lanes) noexcept {
@@ -76,7 +76,7 @@ template <class V, Arithmetic arithmetic, PathForm form>
   return lanes;
 }
 
-// Lanes inside `b` that have been put onto another surface before it.
+// Pinches lanes inside `b` that were put onto another surface, `before`. Returns the lanes it moved.
 template <class V, Arithmetic arithmetic, PathForm form>
 [[gnu::noinline]] Mask<V> pinch_any(const Terms<Scalar<V>>& terms, const Surface<Scalar<V>>& b, V before, Trajectory<V>& m,
                                     const ImpactState<V, arithmetic, form>& state, Mask<V> lanes) noexcept {
@@ -102,7 +102,7 @@ void clamp_all(const Terms<Scalar<V>>& terms, Trajectory<V>& m, ImpactState<V, a
       const V size = one_norm(m.x1);
       const V number(static_cast<T>(j));
       const Mask<V> is_held = is_among(state.supports, number);
-      // A plane that holds a lane has it where it should be.
+      // A lane that a plane holds already lies on that plane.
       const Mask<V> is_looked_at = round == 0 && surface.shape == Shape::plane ? touches & !is_held : touches;
       Mask<V> inside = is_looked_at & (touch<V, arithmetic>(surface, m.x1).s < -(tolerance * size));
       if (!any_lane<V>(inside)) continue;

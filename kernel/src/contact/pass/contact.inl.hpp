@@ -1,5 +1,5 @@
-// The contact pass, wide: which lanes are worked out together. Formulas only: where they come from stands in
-// contact/surfaces/surface.hpp, their scalar twin in contact_reference.hpp.
+// The contact pass, wide: chooses which lanes are resolved together. contact/surfaces/surface.hpp derives the formulas; the
+// scalar twin is contact_reference.hpp.
 #pragma once
 
 #include <array>
@@ -17,16 +17,16 @@
 namespace dvdx {
 namespace {
 
-// Whether as many lanes as these are worked out in place: fewer are worth the way to a queue and back.
+// Whether these lanes fill half a register, and so are resolved in place. Fewer are worth the way to a queue and back.
 template <class V>
 bool fill_half(std::uint64_t lanes) noexcept {
   return 2 * static_cast<std::size_t>(std::popcount(lanes)) >= V::size;
 }
 
-// Lanes that surfaces hold are done with; those that may meet another one are left. Most that touch a surface lie on it.
+// Lanes that surfaces hold are finished; lanes that may meet another surface are left. Most that touch a surface lie on it.
 template <class V>
 struct Settled {
-  Mask<V> busy;  // lanes that are not done with
+  Mask<V> busy;  // lanes that are not finished
   RestCheck rest;
   bool is_half_on_two;  // whether several surfaces hold half of the register
   Mask<V> strayed;
@@ -59,20 +59,20 @@ template <class V, Arithmetic arithmetic>
 [[gnu::noinline]] Settled<V> settle_anywhere(const Terms<Scalar<V>>& terms, Mask<V> touches, Trajectory<V>& m) noexcept {
   return settle<V, arithmetic, SurfaceMix::any>(terms, touches, m);
 }
-// Nothing is called: holders would go from function to function through memory.
+// Everything is inlined: calls would pass holders from function to function through memory.
 template <class V, Arithmetic arithmetic>
 [[gnu::noinline, gnu::flatten]] Settled<V> settle_among_planes(const Terms<Scalar<V>>& terms, Mask<V> touches,
                                                                Trajectory<V>& m) noexcept {
   return settle<V, arithmetic, SurfaceMix::planes>(terms, touches, m);
 }
 
-// Lanes that wait until they fill a register: one of them would take as long as all.
+// Lanes that wait until they fill a register: one lane would take as long as a full register.
 template <class V>
 class Queue {
   using T = Scalar<V>;
 
  public:
-  // m: lanes before anything touched them; chosen: which of them are taken; at(k): of the block's particles, that of lane k.
+  // m: lanes before contacts changed them; chosen: lanes to take, k as bit k; at(k): the index of lane k in the block.
   template <class At>
   void take(const Trajectory<V>& m, std::uint64_t chosen, const At& at) noexcept {
     for (; chosen != 0; chosen &= chosen - 1) {
@@ -90,7 +90,7 @@ class Queue {
   [[nodiscard]] std::size_t count() const noexcept { return count_; }
   [[nodiscard]] bool is_full() const noexcept { return count_ >= V::size; }
 
-  // The first of them, up to a register, which is filled up with the very first. Their number.
+  // Prepares the first register, and returns how many of its lanes are used. Unused lanes repeat the very first one.
   std::size_t fill() noexcept {
     for (std::size_t k = count_; k < V::size; ++k) {
       for (auto& column : numbers_) column[k] = column[0];
@@ -110,7 +110,7 @@ class Queue {
   }
   [[nodiscard]] const std::size_t* at() const noexcept { return at_; }
 
-  // The end of the chosen ones of them: back into the block.
+  // Stores the end of the chosen lanes in the block.
   void put_back(const Trajectory<V>& m, std::uint64_t chosen, const Block<T>& particles, Dormant<V>& still) const noexcept {
     for (std::size_t axis = 0; axis < 3; ++axis) {
       put_back(m.x1[axis], chosen, particles.x[axis]);
@@ -142,7 +142,7 @@ class Queue {
     }
   }
 
-  static constexpr std::size_t room = 3 * V::size;  // less than one that is full, and one from each of two places
+  static constexpr std::size_t room = 3 * V::size;  // less than one register waits, and each of two places adds one
 
   T numbers_[12][room];
   std::size_t at_[room];
@@ -151,7 +151,7 @@ class Queue {
 
 constexpr std::uint64_t first_bits(std::size_t n) noexcept { return (std::uint64_t{1} << n) - 1; }
 
-// Lanes of a block that cannot be done with where they are.
+// Lanes of a block that are not resolved in place.
 template <class V, Arithmetic arithmetic>
 class Waiting {
   using T = Scalar<V>;
@@ -159,7 +159,7 @@ class Waiting {
  public:
   explicit Waiting(Dormant<V>& still) noexcept : still_(still) {}
 
-  // m: lanes from i of the block on, before anything touched them. Pressed: by planes at rest alone, onto several of them.
+  // m: lanes from index i of the block on, before contacts changed them. Pressed: onto several planes, all at rest.
   void take_pressed(const Trajectory<V>& m, std::uint64_t lanes, std::size_t i) noexcept {
     pressed_.take(m, lanes, [i](std::size_t k) { return i + k; });
   }
@@ -167,11 +167,11 @@ class Waiting {
     busy_.take(m, lanes, [i](std::size_t k) { return i + k; });
   }
 
-  // Whether several planes held half of the last register that touched any: then one alone is not looked at first.
+  // Whether several planes held half of the last register that touched any. If so, rest on one plane is not tried first.
   [[nodiscard]] bool is_pressed_mostly() const noexcept { return is_pressed_mostly_; }
   void set_pressed_mostly(bool is_it) noexcept { is_pressed_mostly_ = is_it; }
 
-  // Those that fill a register.
+  // Resolves lanes that fill a register.
   void resolve_full(const Block<T>& particles, const Terms<T>& terms, const Offsets<T>& offsets) noexcept {
     if (pressed_.is_full()) settle_pressed(particles, terms);
     while (busy_.is_full()) resolve_busy(particles, terms, offsets);
@@ -182,7 +182,7 @@ class Waiting {
   }
 
  private:
-  // One function each, as all loops of all flows hold them: g++ would not inline what is small there beside so much code.
+  // Not inlined: all loops of all flows call them, and beside so much code g++ would not inline small functions there.
   [[gnu::noinline]] void settle_pressed(const Block<T>& particles, const Terms<T>& terms) noexcept {
     const std::size_t n = pressed_.fill();
     Trajectory<V> m = pressed_.first();
@@ -224,7 +224,7 @@ template <class V>
   return {{a[0], a[1], a[2]}};
 }
 
-// Lanes one by one: x0, v0, x1, v1 of each, and which of them are chosen (not 0).
+// Lanes in memory: x0, v0, x1, v1 of each, and whether it is chosen (not 0).
 template <class V>
 struct Unpacked {
   using T = Scalar<V>;
@@ -244,7 +244,7 @@ struct Unpacked {
   alignas(64) T is_chosen[V::size];
 };
 
-// Lanes of particles from `first` on, one after the other by the scalar twin.
+// Resolves lanes one after the other by the scalar twin. first: index of lane 0 in the plan's columns.
 template <class V>
 [[gnu::noinline]] void resolve_logged(const Terms<Scalar<V>>& terms, const Offsets<Scalar<V>>& offsets, Mask<V> touches,
                                       Trajectory<V>& m, std::size_t first, ContactLog<Scalar<V>>& log) noexcept {
@@ -269,7 +269,7 @@ template <class V>
   }
 }
 
-// Lanes from i of the plan's columns on; returns those that have strayed.
+// Resolves lanes from index i of the plan's columns on. Returns those that have strayed.
 template <class V, Arithmetic arithmetic>
 [[gnu::always_inline]] inline Mask<V> resolve_busy(const Terms<Scalar<V>>& terms, const Offsets<Scalar<V>>& offsets,
                                                    Mask<V> lanes, RestCheck rest, Trajectory<V>& m, std::size_t i) noexcept {
@@ -278,7 +278,7 @@ template <class V, Arithmetic arithmetic>
   return resolve_in_flow<V, arithmetic>(terms, offsets, lanes, rest, m, bending);
 }
 
-// Lanes that touch planes at rest, from i of the block on.
+// Resolves lanes that touch planes at rest, from index i of the block on.
 template <class V, Arithmetic arithmetic>
 [[gnu::noinline, gnu::flatten]] void resolve_among_planes(const Terms<Scalar<V>>& terms, const Offsets<Scalar<V>>& offsets,
                                                           Mask<V> touches, Trajectory<V>& m, std::size_t first, std::size_t i,
@@ -317,7 +317,7 @@ template <class V, Arithmetic arithmetic>
 
 // ---- with a log ----------------------------------------------------------------------------------------------------------
 
-// x, dv, t: what planes of these numbers do to lanes, of which the first is `first` of the plan's columns.
+// x, dv, t: the pushes of the planes `number` on lanes. first: index of lane 0 in the plan's columns.
 template <class V>
 ContactPushes<Scalar<V>> pushes_of(const Terms<Scalar<V>>& terms, Mask<V> lanes, V number, const Three<V>& x,
                                    const Three<V>& dv, V t, std::size_t first) noexcept {
@@ -335,7 +335,7 @@ ContactPushes<Scalar<V>> pushes_of(const Terms<Scalar<V>>& terms, Mask<V> lanes,
   return pushes;
 }
 
-// A force that holds all the time gives more than is left of it at the end, where springs and drag act on that.
+// Returns the velocity that a holding force gives in a flow; springs and drag act on it and leave dv of it at the end.
 template <class V, Arithmetic arithmetic>
 Three<V> grown(const Terms<Scalar<V>>& terms, const Three<V>& dv, std::size_t first) noexcept {
   if (terms.bend.degree == 0) return dv;
@@ -364,8 +364,8 @@ void report_bounces(const Terms<Scalar<V>>& terms, const Bounce<V>& bounce, std:
   if (any_lane<V>(lies)) log.take_holds(pushes_of<V>(terms, lies, number, bounce.x, bounce.dv, bounce.t, first));
 }
 
-// Lanes that touch planes at rest, of particles from `first` on: those of one plane are told together, as the twin tells of
-// each.
+// Resolves and logs lanes that touch planes at rest. Lanes of one plane are logged together, with the values that the twin logs
+// for each. first: index of lane 0 in the plan's columns.
 template <class V, Arithmetic arithmetic>
 [[gnu::noinline, gnu::flatten]] void resolve_logged_planes(const Terms<Scalar<V>>& terms, const Offsets<Scalar<V>>& offsets,
                                                            Mask<V> touches, Trajectory<V>& m, std::size_t first,
@@ -393,7 +393,7 @@ template <class V, Arithmetic arithmetic>
   if (others != 0) resolve_logged<V>(terms, offsets, lanes_of<V>(others), m, first, log);
 }
 
-// Lanes from i of the block on that may touch a surface. Those that wait end later than m says.
+// Resolves lanes from index i of the block on that may touch a surface. Lanes that wait get their end later, not in m.
 template <class V, Arithmetic arithmetic>
 void resolve_touching(const Terms<Scalar<V>>& terms, const Offsets<Scalar<V>>& offsets, Mask<V> touches, Trajectory<V>& m,
                       std::size_t first, std::size_t i, Waiting<V, arithmetic>& waiting, ContactLog<Scalar<V>>* log) noexcept {
@@ -425,7 +425,7 @@ void resolve_touching(const Terms<Scalar<V>>& terms, const Offsets<Scalar<V>>& o
   }
 }
 
-// Lanes from i of the block on, but for those that are still. Returns those that may touch a surface, lane k as bit k.
+// Resolves lanes from index i of the block on, except still ones. Returns those that may touch a surface, lane k as bit k.
 template <class V, Arithmetic arithmetic>
 [[gnu::noinline]] std::uint64_t resolve_contacts(const Terms<Scalar<V>>& terms, const Offsets<Scalar<V>>& offsets,
                                                  Trajectory<V>& m, std::size_t first, std::size_t i, std::uint64_t still,

@@ -1,5 +1,5 @@
-// The contact pass, scalar: written by hand beside contact.inl.hpp and what it is made of, the same letters in the same order
-// of operations. Derivations and sources stand in contact/surfaces/surface.hpp.
+// The contact pass, scalar: written by hand beside contact.inl.hpp and its parts, with the same letters and order of
+// operations. contact/surfaces/surface.hpp has derivations and sources.
 #pragma once
 
 #include <cstddef>
@@ -9,7 +9,7 @@
 
 namespace dvdx::reference {
 
-// i: the particle's number in the plan's columns.
+// i: the particle's index in the plan's columns.
 template <Arithmetic arithmetic, class T>
 void resolve_contacts(const Terms<T>& terms, const Offsets<T>& offsets, Particle<T>& p, std::size_t i,
                       Recording<T>* recording = nullptr) noexcept {
@@ -34,7 +34,7 @@ void resolve_contacts(const Terms<T>& terms, const Offsets<T>& offsets, Particle
   resolve_all(terms, p, state);
 }
 
-// With all surfaces, also of a block that knows those near it: what strays from them would be told twice.
+// Uses all surfaces, even if the block has a list of near ones: a particle that strays from the list would be logged twice.
 template <Arithmetic arithmetic, class T>
 void resolve_and_log(const Terms<T>& terms, const Offsets<T>& offsets, Particle<T>& p, std::size_t i, ContactLog<T>& log) {
   const Terms<T>& all = terms.whole != nullptr ? *terms.whole : terms;

@@ -1,6 +1,6 @@
-// Lanes on surfaces that a step has left as they were, to the last bit. Where the steps of a call are alike, each further one
-// would, too: what lies in a corner is worked out once in a call. A register of such lanes alone is passed over; of one that
-// has others, all are moved, and those that were still are put back.
+// Still lanes are lanes on surfaces in which a step has changed no bit. If the steps of a call are alike, no further step
+// changes one either: a particle that lies in a corner is resolved once a call. A register of still lanes is skipped. In a
+// register with others all lanes are moved, and the still ones are put back.
 #pragma once
 
 #include <array>
@@ -14,8 +14,8 @@
 namespace dvdx {
 namespace {
 
-// The lanes that do not differ in a single bit, +0 from -0 and one NaN from another among them. A difference that is or-ed to 1
-// and leaves it can only have bits of 1, and to 2 only the bit of 2: they have none in common.
+// Returns the lanes without a differing bit: +0 differs from -0, and one NaN from another. A difference that leaves 1 when
+// or-ed to it has only bits of 1; one that leaves 2 has only the bit of 2. These have no bit in common.
 template <class V>
 Mask<V> are_same_bits(const Trajectory<V>& m) noexcept {
   V difference = (m.x0[0] ^ m.x1[0]) | (m.v0[0] ^ m.v1[0]);
@@ -32,27 +32,26 @@ class Dormant {
   using T = Scalar<V>;
 
  public:
-  // Looks for none where steps differ, as surfaces move or forces depend on time, and where contacts are told: what lies
-  // presses.
+  // Finds no lane still if steps differ (surfaces move, or forces depend on time), or if contacts are logged, since a resting
+  // lane presses.
   Dormant(const Block<T>& particles, const Terms<T>& terms, const Steps<T>& steps) noexcept
       : looks_(steps.count > 1 && steps.offsets_per_step == 0 && !terms.moves && particles.log == nullptr &&
                particles.count <= max_block) {}
 
   [[nodiscard]] bool looks() const noexcept { return looks_; }
 
-  // The bits of the register from i of the block on; lane k is bit k.
+  // Returns the still lanes of the register at index i of the block; lane k is bit k.
   [[nodiscard]] std::uint64_t of(std::size_t i) const noexcept {
     return looks_ ? lanes_[i / word] >> (i % word) & all_of_register : 0;
   }
   [[nodiscard]] bool are_all(std::size_t i) const noexcept { return of(i) == all_of_register; }
 
-  // Sets those that `are`, of the `lanes` from i on, which lie in one word.
+  // Sets which of the `lanes` from index i on `are` still; all lie in one word.
   void set(std::size_t i, std::uint64_t lanes, std::uint64_t are) noexcept {
     std::uint64_t& all = lanes_[i / word];
     all = (all & ~(lanes << (i % word))) | are << (i % word);
   }
-  // m: the register from i on, after its step. Lanes that were still are put back to their start; then those of `touching` are
-  // looked at anew.
+  // m: the register at index i, after its step. Puts still lanes back to their start, then finds the still lanes of `touching`.
   [[gnu::noinline]] void look(Trajectory<V>& m, std::size_t i, std::uint64_t touching) noexcept {
     const Mask<V> were = lanes_of<V>(of(i));
     m.x1 = select(were, m.x0, m.x1);

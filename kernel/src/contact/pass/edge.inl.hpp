@@ -10,7 +10,7 @@
 namespace dvdx {
 namespace {
 
-// Surfaces, one for each lane, as lanes see them where they meet them.
+// One surface for each lane, as the lane sees it where they meet.
 template <class V>
 struct Wall {
   V s, mu, hold, radius, falls_away;
@@ -42,8 +42,8 @@ template <class V, Arithmetic arithmetic, PathForm form>
   return met;
 }
 
-// Lanes of a network that have been pressed onto a surface b, and at the part f of what was left then onto another, a: both
-// together.
+// Lanes of a network were pressed onto a surface b and, after the part f of the remaining step, onto another surface a.
+// Resolves both impacts together.
 template <class V, Arithmetic arithmetic, PathForm form>
 [[gnu::noinline]] void settle_in_edge(const Terms<Scalar<V>>& terms, const Pressed<V>& before, Pressed<V>& pressed, V f,
                                       Trajectory<V>& m, const ImpactState<V, arithmetic, form>& state, Mask<V> lanes) noexcept {
@@ -86,7 +86,7 @@ template <class V, Arithmetic arithmetic, PathForm form>
   const Mask<V> is_edge = differ(taken_a, zero) & differ(taken_b, zero);
   const Three<V> by_a = multiply_add<arithmetic>(state.direction * taken_a, a.n, u);
   const Three<V> rough = multiply_add<arithmetic>(state.direction * taken_b, b.n, by_a);
-  // In a flat edge both are large against what is left, along which friction finds their roundings: once more of these.
+  // In a flat edge both pulses are large against the velocity left. Friction would act on their rounding errors: solve again.
   const V left_a = dot<arithmetic>(a.n, rough);
   const V left_b = dot<arithmetic>(b.n, rough);
   const V more_a = select<V>(is_edge, scale * (kappa * left_b - left_a), zero);

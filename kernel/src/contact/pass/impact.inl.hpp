@@ -57,7 +57,7 @@ class Nearness {
   Three<V> middle_;
 };
 
-// The earliest impact of every lane; false where none remains. pressed: null where nothing is to be settled in edges.
+// Resolves the earliest impact of every lane. Returns false if no lane has one. pressed: null if no edges are settled.
 template <class V, Arithmetic arithmetic, PathForm form>
 bool resolve_earliest(const Terms<Scalar<V>>& terms, Trajectory<V>& m, ImpactState<V, arithmetic, form>& state,
                       Pressed<V>* pressed) noexcept {
@@ -104,7 +104,7 @@ bool has_body(const Terms<T>& terms) noexcept {
   return false;
 }
 
-// Whether surfaces may hold lanes at their start. None: it has been looked at.
+// Whether surfaces may hold lanes at their start. none: this has been checked, and no surface holds any.
 enum class RestCheck { unknown, none };
 
 // Only lanes in `touches` change, so that a particle's bits do not depend on its neighbours.
@@ -120,7 +120,7 @@ void resolve_all(const Terms<Scalar<V>>& terms, Mask<V> touches, RestCheck rest,
   for (int impact = 0; impact < terms.impacts; ++impact) {
     if (!resolve_earliest<V, arithmetic, form>(terms, m, state, has_edges ? &pressed : nullptr)) break;
   }
-  // Lanes near nothing in the end but planes that hold them are outside. (For a body the two tests round in different ways.)
+  // Lanes near only their supporting planes need no clamp. (With a body they do: the two tests round in different ways.)
   const Mask<V> lanes = has_body(terms) ? touches : touches & (state.loose | state.active);
   if (any_lane<V>(lanes)) clamp_all<V, arithmetic, form>(terms, m, state, lanes);
 }

@@ -13,21 +13,21 @@
 
 namespace dvdx::reference {
 
-// How far off a curved surface the springs of a network may have left what lies on it.
+// Returns how far off a curved surface the springs of a network may have left a particle that lies on it.
 template <Arithmetic arithmetic, class T>
 T fallen_away(const Surface<T>& surface, const Particle<T>& p, T t) noexcept {
   return surface.falls_away * (t * t * dot<arithmetic>(p.v0, p.v0));
 }
 
-// Whether a particle of a network is as low over a surface, and comes to it as slowly, as what rests there between pulses. out:
-// the velocity at which it leaves; press: what other forces than springs give towards the surface until the flow's end.
+// Whether a particle of a network is as low over a surface, and comes as slowly, as one that rests there between pulses. out:
+// its velocity away from the surface; press: the velocity towards it that forces other than springs give until the flow's end.
 template <class T>
 bool hovers(const Surface<T>& surface, T s, T out, T press, T t) noexcept {
   const T fall = surface.flows_per_substep * press;
   return has_pulses(surface) && s <= T(0.5) * surface.flows_per_substep * fall * std::abs(t) && -out <= fall;
 }
 
-// The share of the tangential velocity that is left at an impact. 1 for a particle that lay or slid on the surface before.
+// Returns the part of the tangential velocity that an impact leaves: 1 for a particle that already lay or slid on the surface.
 template <Arithmetic arithmetic, PathForm form, class T>
 T kept_by_viscosity(const Surface<T>& surface, const Particle<T>& p, const ImpactState<arithmetic, form, T>& state,
                     const Vector<T>& gain, bool is_over) noexcept {
@@ -98,8 +98,8 @@ Meeting<T> meeting(const Surface<T>& surface, const Vector<T>& x, T t) noexcept 
   return {turned_by<arithmetic>(scaled_by(-t, surface.omega), n), V};
 }
 
-// Whether a particle lies on a surface that it is pressed onto from here on. Each pulse of a resting sheet's springs presses,
-// or lifts it so little that it is back within the sub-step.
+// Whether a particle lies on a surface and is pressed onto it from here on. In a resting sheet, each pulse of springs presses a
+// particle, or lifts it so little that it is back within the sub-step.
 template <Arithmetic arithmetic, PathForm form, class T>
 bool is_pressed_on(const Surface<T>& surface, const Particle<T>& p, const ImpactState<arithmetic, form, T>& state) noexcept {
   const Particle<T> seen = seen_from<arithmetic>(surface, p, state.t);
@@ -202,7 +202,7 @@ std::optional<T> cross(const Terms<T>& terms, const Surface<T>& surface, const P
   return cross_solid(surface, seen, p, state, is_held, low);
 }
 
-// A particle of a network has been pressed onto the surface b, and at the part f of what was left then onto a: both together.
+// A particle was pressed onto a surface b and, after the part f of the remaining step, onto a. Resolves both together.
 template <Arithmetic arithmetic, PathForm form, class T>
 void settle_in_edge(const Terms<T>& terms, const Pressed<T>& before, T f, Particle<T>& p,
                     ImpactState<arithmetic, form, T>& state) noexcept {
@@ -251,7 +251,7 @@ void settle_in_edge(const Terms<T>& terms, const Pressed<T>& before, T f, Partic
     const T by_a = multiply_add<arithmetic>(state.direction * taken.a, of_a.n[k], u[k]);
     along[k] = multiply_add<arithmetic>(state.direction * taken.b, of_b.n[k], by_a);
   }
-  // In a flat edge both are large against what is left, along which friction finds their roundings: once more of these.
+  // In a flat edge both pulses are large against the velocity left. Friction would act on their rounding errors: solve again.
   const T left_a = dot<arithmetic>(of_a.n, along);
   const T left_b = dot<arithmetic>(of_b.n, along);
   const T more_a = is_edge ? scale * (kappa * left_b - left_a) : T(0);
@@ -286,7 +286,7 @@ void settle_in_edge(const Terms<T>& terms, const Pressed<T>& before, T f, Partic
   }
   state.pressed.v = p.v0;
   if (state.recording == nullptr) return;
-  // The impacts have been told one after the other: the rest, by the multiples of the normals, and friction's by its limits.
+  // Both impacts are logged already. The rest is split by the multiples of the normals, its friction by the friction limits.
   const Vector<T> rest = difference(p.v0, told);
   const T rest_a = dot<arithmetic>(of_a.n, rest);
   const T rest_b = dot<arithmetic>(of_b.n, rest);
@@ -303,7 +303,7 @@ void settle_in_edge(const Terms<T>& terms, const Pressed<T>& before, T f, Partic
   state.recording->push(EventKind::hold, before.by, p.x0, of_b.n, dv_b, state.t);
 }
 
-// Whether there was an impact.
+// Returns whether there was an impact.
 template <Arithmetic arithmetic, PathForm form, class T>
 bool resolve_earliest(const Terms<T>& terms, Particle<T>& p, ImpactState<arithmetic, form, T>& state) noexcept {
   const T low = 4 * low_bounce * std::numeric_limits<T>::epsilon() * one_norm(p.x0);
@@ -355,8 +355,8 @@ void clamp(const Surface<T>& surface, Particle<T>& p, const ImpactState<arithmet
   p.v1 = sum_of(seen.v1, velocity_at<arithmetic>(surface, p.x1, T(0)));
 }
 
-// A particle on `a` is inside b. Where both face each other and have left it no room since the start, it goes to the middle
-// between them, with their friction. Whether it did.
+// A particle on `a` is inside `b`. If the surfaces face each other and leave it no room at the start either, moves it to the
+// middle, with friction. Returns whether it did.
 template <Arithmetic arithmetic, PathForm form, class T>
 bool is_pinched(const Surface<T>& a, const Surface<T>& b, Particle<T>& p,
                 const ImpactState<arithmetic, form, T>& state) noexcept {

@@ -1,4 +1,4 @@
-// Where surfaces lie and how a path goes on from impact to impact, wide. The scalar twin: impact_state_reference.hpp.
+// Distances from surfaces, and the state of a path between impacts, wide. The scalar twin: impact_state_reference.hpp.
 #pragma once
 
 #include <cstddef>
@@ -26,7 +26,7 @@ template <class V, Arithmetic arithmetic>
   const V length = square_root(dot<arithmetic>(r, r));
   const Mask<V> has_direction = length > zero;
   const V scale = quotient<V>(side, select<V>(has_direction, length, one));
-  // At the very centre every direction is as good: the second axis.
+  // At the very centre any direction will do: the second axis.
   return {{{scale * r[0], select<V>(has_direction, scale * r[1], side), scale * r[2]}}, side * (length - V(surface.radius))};
 }
 
@@ -49,7 +49,7 @@ template <class V, Arithmetic arithmetic>
   return touch_mesh<V, arithmetic>(surface, x);
 }
 
-// The surroundings of lanes: for planes at rest, all of them looked at, the loops over surfaces call nothing and test nothing.
+// The surfaces of a scene. planes: all are planes at rest, none is searched for; loops over them call nothing and test nothing.
 enum class SurfaceMix { any, planes };
 
 template <class V, Arithmetic arithmetic, SurfaceMix mix>
@@ -74,8 +74,7 @@ Path<V> path(const Surface<Scalar<V>>& surface, const Trajectory<V>& m, V t) noe
   return {u, chord - u};
 }
 
-// The numbers of the surfaces that hold lanes for the rest of their step, -1 where there are fewer than three, and what they
-// changed at its end.
+// Indices of the surfaces that hold lanes for the rest of the step (-1: none), and the changes that these made to its end.
 template <class V>
 struct Supports {
   V a, b, c;
@@ -89,15 +88,15 @@ Supports<V> no_supports() noexcept {
   return {none, none, none, three<V>(zero), three<V>(zero)};
 }
 
-// The last impact of lanes of a network on a surface of no restitution: its number or -1, the normal velocity that it took, and
-// the velocity before.
+// The last impact of lanes of a network on a surface without restitution: its index or -1, the normal velocity that it took,
+// and the velocity before.
 template <class V>
 struct Pressed {
   V by, removed;
   Three<V> v;
 };
 
-// Where and when lanes start that leave the surfaces inside which they do.
+// Lanes that leave surfaces inside which they start: the place and the time (before the end) of the start, and which lanes.
 template <class V>
 struct Leaving {
   Three<V> x0;
@@ -105,14 +104,14 @@ struct Leaving {
   Mask<V> lanes;
 };
 
-// Lanes during one step. `last` is the number of the surface that was hit last, `t` what remains of the step.
+// The state of lanes in a step. last: the index of the surface that was hit last; t: the remaining time of the step, s.
 template <class V, Arithmetic arithmetic, PathForm form>
 struct ImpactState {
   V direction, t, last;
-  Mask<V> active, loose;  // loose: near a surface, and did not hit it
+  Mask<V> active, loose;  // loose: near a surface, but did not hit it
   Supports<V> supports;
-  Mask<V> strayed = Mask<V>(false);     // out of the region where the list of surfaces holds
-  const Leaving<V>* leaving = nullptr;  // null: none leaves a surface inside which it starts
+  Mask<V> strayed = Mask<V>(false);     // outside the region for which the list of surfaces is valid
+  const Leaving<V>* leaving = nullptr;  // null: no lane leaves a surface inside which it starts
 };
 template <class V, Arithmetic arithmetic>
 struct ImpactState<V, arithmetic, PathForm::flow> {
@@ -121,13 +120,13 @@ struct ImpactState<V, arithmetic, PathForm::flow> {
   Supports<V> supports;
   const Bending<V, arithmetic>* bending;
   V h, left;         // the whole step, s, and the part of it that remains
-  Responses<V> end;  // those of what remains
+  Responses<V> end;  // of the remaining step
   Drive<V> drive;    // where forces depend on time
   Mask<V> strayed = Mask<V>(false);
   const Leaving<V>* leaving = nullptr;
 };
 
-// Lanes at x that are out of the region where the list of surfaces holds are worked out again.
+// Marks lanes at x outside the region for which the list of surfaces is valid. They are resolved again with all surfaces.
 template <class V, class AnyImpactState>
 void watch(const Terms<Scalar<V>>& terms, AnyImpactState& state, const Three<V>& x, Mask<V> lanes) noexcept {
   if (terms.whole == nullptr) return;
@@ -138,7 +137,7 @@ void watch(const Terms<Scalar<V>>& terms, AnyImpactState& state, const Three<V>&
   state.strayed = state.strayed | (lanes & !is_within);
 }
 
-// D1 P + D2 P' + D3 P'': what forces of time add to a path or a velocity.
+// Returns D1 P + D2 P' + D3 P'', which forces of time add to a path or a velocity.
 template <class V, Arithmetic arithmetic>
 Three<V> driven(const Drive<V>& drive, const Three<V>& first, const Three<V>& second, const Three<V>& third) noexcept {
   Three<V> sum;
@@ -149,7 +148,7 @@ Three<V> driven(const Drive<V>& drive, const Three<V>& first, const Three<V>& se
   return sum;
 }
 
-// A path of PathForm::flow: from its start, u P1 + F P2, and what forces of time add.
+// A path of PathForm::flow: from its start, u P1 + F P2, plus the part that forces of time add.
 template <class V, Arithmetic arithmetic>
 struct FlowPath {
   Three<V> u, F;
@@ -167,7 +166,7 @@ struct FlowPath {
   }
 };
 
-// 1/P of a response, and 0 where nothing is left of a step.
+// Returns 1/P of a response, or 0 if nothing is left of a step.
 template <class V>
 V inverse(V P) noexcept {
   const V zero(Scalar<V>(0));

@@ -1,4 +1,4 @@
-// Where surfaces lie and how a path goes on from impact to impact, scalar: written by hand beside impact_state.inl.hpp.
+// Distances from surfaces, and the state of a path between impacts, scalar: written by hand beside impact_state.inl.hpp.
 #pragma once
 
 #include <array>
@@ -57,7 +57,7 @@ Path<T> path(const Surface<T>& surface, const Particle<T>& p, T t) noexcept {
   return path;
 }
 
-// The surfaces that hold a particle for the rest of its step, and what they changed at its end.
+// The surfaces that hold a particle for the rest of its step, and the changes that these made to its end.
 template <class T>
 struct Supports {
   static constexpr std::size_t none = static_cast<std::size_t>(-1);
@@ -67,8 +67,8 @@ struct Supports {
   [[nodiscard]] bool has(std::size_t j) const noexcept { return a == j || b == j || c == j; }
 };
 
-// The last impact on a surface of no restitution, of a particle of a network: which, the normal velocity it took, and the
-// velocity before.
+// The last impact of a particle of a network on a surface without restitution: its index, the normal velocity that it took, and
+// the velocity before.
 template <class T>
 struct Pressed {
   std::size_t by = Supports<T>::none;
@@ -76,26 +76,26 @@ struct Pressed {
   Vector<T> v{};
 };
 
-// Where and when a particle starts that leaves the surfaces inside which it does.
+// A particle that leaves surfaces inside which it starts: the place and the time (before the end) of the start.
 template <class T>
 struct Leaving {
   Vector<T> x0{};
   T t = 0;
 };
 
-// The rest of a particle's step.
+// The state of a particle in a step. t: the remaining time of the step, s.
 template <Arithmetic arithmetic, PathForm form, class T>
 struct ImpactState {
   T direction, t;
-  std::size_t last;  // the surface hit last, or the count of surfaces
+  std::size_t last;  // index of the surface hit last, or the count of surfaces
   Supports<T> supports{};
   Pressed<T> pressed{};
   const Bending<arithmetic, T>* bending = nullptr;
   T h = 0, left = 1;
   Responses<T> end{};
   Drive<T> drive{};
-  Recording<T>* recording = nullptr;    // null: nobody asks
-  const Leaving<T>* leaving = nullptr;  // null: leaves no surface inside which it starts
+  Recording<T>* recording = nullptr;    // null: nothing is logged
+  const Leaving<T>* leaving = nullptr;  // null: it leaves no surface inside which it starts
 };
 
 template <Arithmetic arithmetic, class T>

@@ -25,7 +25,7 @@ V by_powers(const std::array<Scalar<V>, 7>& terms, V x) noexcept {
   return sum;
 }
 
-// r, turned by w.
+// Returns r turned by the rotation vector w.
 template <class V, Arithmetic arithmetic>
 Three<V> turned_by(const Three<V>& w, const Three<V>& r) noexcept {
   const V square = dot<arithmetic>(w, w);
@@ -36,13 +36,13 @@ Three<V> turned_by(const Three<V>& w, const Three<V>& r) noexcept {
   return multiply_add<arithmetic>(b, twice, multiply_add<arithmetic>(a, once, r));
 }
 
-// From the axis' point to x, t before the end.
+// Returns the vector from the point `at` of the axis to x, at the time t before the end.
 template <class V, Arithmetic arithmetic>
 Three<V> arm_of(const Surface<Scalar<V>>& surface, const Three<V>& x, V t) noexcept {
   return multiply_add<arithmetic>(t, three<V>(surface.u), x) - three<V>(surface.at);
 }
 
-// That of the surface at x, t before the end.
+// Returns the velocity of the surface at x, at the time t before the end.
 template <class V, Arithmetic arithmetic>
 Three<V> velocity_at(const Surface<Scalar<V>>& surface, const Three<V>& x, V t) noexcept {
   const Three<V> u = three<V>(surface.u);
@@ -50,7 +50,7 @@ Three<V> velocity_at(const Surface<Scalar<V>>& surface, const Three<V>& x, V t) 
   return u + cross_product<V, arithmetic>(three<V>(surface.omega), arm_of<V, arithmetic>(surface, x, t));
 }
 
-// Where a surface takes what lies at x, t before the end.
+// Returns where a surface carries a point that is at x at the time t before the end.
 template <class V, Arithmetic arithmetic>
 Three<V> taken_along(const Surface<Scalar<V>>& surface, const Three<V>& x, V t) noexcept {
   if (surface.movement != Movement::turns) return multiply_add<arithmetic>(t, three<V>(surface.u), x);
@@ -67,7 +67,7 @@ template <class V, Arithmetic arithmetic>
   return seen;
 }
 
-// The trajectory itself where the surface rests, else how it sees it, in `room`.
+// Returns the trajectory as the surface sees it, stored in `room`, or the trajectory itself if the surface rests.
 template <class V, Arithmetic arithmetic>
 [[gnu::always_inline]] inline const Trajectory<V>& seen_from(const Surface<Scalar<V>>& surface, const Trajectory<V>& m, V t,
                                                              Trajectory<V>& room) noexcept {
@@ -76,7 +76,7 @@ template <class V, Arithmetic arithmetic>
   return room;
 }
 
-// l and q of a bent path.
+// l and q of a bent path (surface.hpp).
 template <class V>
 struct Slip {
   bool is_there;

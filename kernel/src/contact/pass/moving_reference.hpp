@@ -23,7 +23,7 @@ T by_powers(const std::array<T, 7>& terms, T x) noexcept {
   return sum;
 }
 
-// r, turned by w.
+// Returns r turned by the rotation vector w.
 template <Arithmetic arithmetic, class T>
 Vector<T> turned_by(const Vector<T>& w, const Vector<T>& r) noexcept {
   const T square = dot<arithmetic>(w, w);
@@ -41,7 +41,7 @@ Vector<T> scaled_by(T s, const Vector<T>& a) noexcept {
   return {s * a[0], s * a[1], s * a[2]};
 }
 
-// From the axis' point to x, t before the end.
+// Returns the vector from the point `at` of the axis to x, at the time t before the end.
 template <Arithmetic arithmetic, class T>
 Vector<T> arm_of(const Surface<T>& surface, const Vector<T>& x, T t) noexcept {
   Vector<T> arm;
@@ -49,7 +49,7 @@ Vector<T> arm_of(const Surface<T>& surface, const Vector<T>& x, T t) noexcept {
   return arm;
 }
 
-// That of the surface at x, t before the end.
+// Returns the velocity of the surface at x, at the time t before the end.
 template <Arithmetic arithmetic, class T>
 Vector<T> velocity_at(const Surface<T>& surface, const Vector<T>& x, T t) noexcept {
   if (surface.movement != Movement::turns) return surface.u;
@@ -57,7 +57,7 @@ Vector<T> velocity_at(const Surface<T>& surface, const Vector<T>& x, T t) noexce
   return {surface.u[0] + turn[0], surface.u[1] + turn[1], surface.u[2] + turn[2]};
 }
 
-// Where a surface takes what lies at x, t before the end.
+// Returns where a surface carries a point that is at x at the time t before the end.
 template <Arithmetic arithmetic, class T>
 Vector<T> taken_along(const Surface<T>& surface, const Vector<T>& x, T t) noexcept {
   Vector<T> to;
@@ -81,7 +81,7 @@ Particle<T> seen_from(const Surface<T>& surface, const Particle<T>& p, T t) noex
   return seen;
 }
 
-// l and q of a bent path, both 0 at rest.
+// l and q of a bent path (surface.hpp), both 0 at rest.
 template <class T>
 struct Slip {
   bool is_there = false;

@@ -1,4 +1,4 @@
-// The search for the surfaces near a block. Why it leaves the bits as they are stands in near.hpp.
+// The search for the surfaces near a block. near.hpp says why it changes no bits.
 #pragma once
 
 #include <array>
@@ -13,7 +13,7 @@
 namespace dvdx {
 namespace {
 
-// The range of a block's values, lane by lane. NaNs are passed over: they touch nothing.
+// The range of a block's values, lane by lane. NaNs are ignored: they touch nothing.
 template <class V>
 struct Bounds {
   V low = V(std::numeric_limits<Scalar<V>>::infinity());
@@ -43,7 +43,7 @@ struct Bounds {
   }
 };
 
-// way: how far a particle goes along an axis; a bounce takes it about as far again.
+// way: the farthest that a particle goes along an axis. A bounce may take it about as far again.
 template <class T>
 Region<T> widened(const Region<T>& box, T way) noexcept {
   Region<T> region = box;
@@ -58,7 +58,7 @@ Region<T> widened(const Region<T>& box, T way) noexcept {
 
 inline double size_of(double x) noexcept { return x < 0 ? -x : x; }
 
-// The region as a center and half sizes, and how much wider than itself a surface is for it.
+// The region as a center and half sizes. Tests which surfaces, widened by their motion, may reach it.
 template <class T>
 class Reach {
  public:
@@ -72,7 +72,7 @@ class Reach {
     }
   }
 
-  // Whether one of the group may; twice the slack, as its box is rounded, too.
+  // Whether a surface of the group may reach the region. The slack is doubled, as the group's box is rounded too.
   [[nodiscard]] bool has(const SurfaceGroup& group) const noexcept {
     double size = size_;
     for (std::size_t k = 0; k < 3; ++k) size += size_of(group.center[k]) + group.half[k];
@@ -110,7 +110,7 @@ class Reach {
     }
     return !(distance > widening(surface) + slack * size);
   }
-  // Whether some of the region is beyond an inside.
+  // Whether part of the region is outside a sphere with particles inside.
   [[nodiscard]] bool leaves_sphere(const Surface<T>& surface, double radius) const noexcept {
     double square = 0;
     for (std::size_t k = 0; k < 3; ++k) {
@@ -119,7 +119,7 @@ class Reach {
     }
     return !(radius > 0 && square < radius * radius);
   }
-  // The half sizes of the box about it that has the world's axes.
+  // Returns the half sizes of the box about the surface, along the world's axes.
   [[nodiscard]] static std::array<double, 3> extents_of(const Surface<T>& surface) noexcept {
     const Solid<T>& solid = surface.solid;
     std::array<double, 3> extents{};
@@ -138,9 +138,9 @@ class Reach {
       }
       case Shape::box:
         return about_box(double{solid.thickness});
-      case Shape::mesh:  // distances between the nodes of a grid may be off by its cells
+      case Shape::mesh:  // between nodes, distances may be off by cells
         return about_box(2 * double{solid.cell});
-      case Shape::plane:  // which has no box
+      case Shape::plane:  // planes have no box
       case Shape::sphere:
       case Shape::convex:
         break;
@@ -164,13 +164,13 @@ class Reach {
 
   double h_, corner_;
   std::array<double, 3> middle_{}, half_{};
-  double diameter_ = 0, size_ = 0;  // size_: of the region's coordinates
+  double diameter_ = 0, size_ = 0;  // size_: sum of the region's largest coordinates
 };
 
-// The numbers of the surfaces that may reach a region.
+// Indices of the surfaces that may reach a region.
 struct NearList {
   std::uint16_t at[most_near];
-  std::size_t count;  // most_near + 1: more than there is room for
+  std::size_t count;  // most_near + 1: more than fit
 };
 
 template <class T>
@@ -191,7 +191,7 @@ template <class T>
   }
 }
 
-// Whether one of the few surfaces of a scene that does not search may reach the region.
+// Whether a surface may reach the region, in a scene of so few surfaces that blocks do not search.
 template <class T>
 [[gnu::noinline]] bool is_any_near(const Terms<T>& terms, const Region<T>& region) noexcept {
   const Reach<T> reach(terms, region);

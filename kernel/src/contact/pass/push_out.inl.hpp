@@ -1,4 +1,4 @@
-// How lanes leave a surface inside which they start, wide. The scalar twin: push_out_reference.hpp.
+// Leads lanes out of surfaces inside which they start, wide. The scalar twin: push_out_reference.hpp.
 #pragma once
 
 #include <cstddef>
@@ -9,8 +9,7 @@
 namespace dvdx {
 namespace {
 
-// Where paths that start at x, t before their end, start as the surface sees them; is_inside: deeper than by rounding; is_free:
-// further out than by rounding.
+// The start of paths as the surface sees it. is_inside: deeper than rounding; is_free: further out than rounding.
 template <class V>
 struct Start {
   Touch<V> at;
@@ -78,7 +77,7 @@ template <class V, Arithmetic arithmetic, PathForm form>
   m.x1 = select(lanes, multiply_add<arithmetic>(onto, end.n, x1), m.x1);
 }
 
-// Whether the normals, of which kappa is the product, face each other so that friction jams what is between them.
+// Whether two surfaces face each other, so that friction jams a particle between them. kappa: the product of their normals.
 template <class V>
 Mask<V> face_each_other(V mu_a, V mu_b, V kappa) noexcept {
   using T = Scalar<V>;
@@ -90,7 +89,7 @@ Mask<V> face_each_other(V mu_a, V mu_b, V kappa) noexcept {
   return one + kappa <= grip * grip * opening;
 }
 
-// Lanes that start inside a surface that pushes out, and not between two that face each other.
+// Returns the lanes that start inside a surface that pushes out, and not between two surfaces that face each other.
 template <class V, Arithmetic arithmetic, PathForm form>
 Mask<V> starting_to_leave(const Terms<Scalar<V>>& terms, const Trajectory<V>& m, const ImpactState<V, arithmetic, form>& state,
                           Mask<V> lanes) noexcept {

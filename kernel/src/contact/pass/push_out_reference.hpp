@@ -1,4 +1,4 @@
-// How particles leave a surface inside which they start, scalar: written by hand beside push_out.inl.hpp.
+// Leads particles out of surfaces inside which they start, scalar: written by hand beside push_out.inl.hpp.
 #pragma once
 
 #include <cmath>
@@ -9,8 +9,7 @@
 
 namespace dvdx::reference {
 
-// Where a path that starts at x, t before its end, starts as the surface sees it; is_inside: deeper than by rounding; is_free:
-// further out than by rounding.
+// The start of a path as the surface sees it. is_inside: deeper than rounding; is_free: further out than rounding.
 template <class T>
 struct Start {
   Touch<T> at;
@@ -76,7 +75,7 @@ void leave(const Surface<T>& surface, Particle<T>& p, const ImpactState<arithmet
   }
 }
 
-// Whether the normals, of which kappa is the product, face each other so that friction jams what is between them.
+// Whether two surfaces face each other, so that friction jams a particle between them. kappa: the product of their normals.
 template <class T>
 bool face_each_other(T mu_a, T mu_b, T kappa) noexcept {
   const T mu = mu_a < mu_b ? mu_a : mu_b;
@@ -85,7 +84,7 @@ bool face_each_other(T mu_a, T mu_b, T kappa) noexcept {
   return 1 + kappa <= grip * grip * opening;
 }
 
-// Whether a particle starts inside a surface that pushes out, and not between two that face each other.
+// Whether a particle starts inside a surface that pushes out, and not between two surfaces that face each other.
 template <Arithmetic arithmetic, PathForm form, class T>
 bool starts_to_leave(const Terms<T>& terms, const Particle<T>& p, const ImpactState<arithmetic, form, T>& state) noexcept {
   std::size_t deepest = terms.surface_count;
@@ -107,7 +106,7 @@ bool starts_to_leave(const Terms<T>& terms, const Particle<T>& p, const ImpactSt
   return true;
 }
 
-// Brings a particle out of the surfaces that it leaves, each along its own normal. Whether it leaves any.
+// Brings a particle out of the surfaces that it leaves, each along its own normal. Returns whether it leaves any.
 template <Arithmetic arithmetic, PathForm form, class T>
 bool push_out(const Terms<T>& terms, Particle<T>& p, ImpactState<arithmetic, form, T>& state, Leaving<T>& leaving) noexcept {
   if (!starts_to_leave(terms, p, state)) return false;

@@ -1,4 +1,4 @@
-// The effect of contacts on one particle in one flow, on its way to a log. For the scalar twin alone.
+// Collects the effects of contacts on one particle in one flow for a log. Only the scalar twin uses it.
 #pragma once
 
 #include <array>
@@ -14,27 +14,27 @@ namespace dvdx::reference {
 // A particle that stays on a surface makes no event.
 enum class EventKind { impact, hold };
 
-// A surface that holds a particle acts through all the rest of its flow, or up to the next impact: told when that is known.
+// A holding surface acts until the end of the flow or the next impact. Its push is logged when that time is known.
 template <class T>
 class Recording {
  public:
   Recording(ContactLog<T>& log, const Terms<T>& terms, std::size_t particle) noexcept
       : log_(log), surfaces_(terms.surfaces), particle_(particle) {}
 
-  // dv of the surface's, at x, t before the end.
+  // Logs that the surface changed the velocity by dv at x, at the time t before the end.
   void push(EventKind kind, std::size_t surface, const Vector<T>& x, const Vector<T>& n, const Vector<T>& dv, T t) noexcept {
     if (kind == EventKind::impact) return log_.take_impact({particle_, contact_of(surface), x, dv, t}, n);
     log_.take_hold({particle_, contact_of(surface), x, dv, t});
   }
 
-  // From x0 to x1, for t up to the end.
+  // Begins a hold from x0 to x1 that lasts for t, up to the end of the flow.
   void begin_hold(const Vector<T>& x0, const Vector<T>& x1, T t) noexcept {
     x0_ = x0;
     x1_ = x1;
     t_ = t;
   }
   void hold(std::size_t surface, const Vector<T>& dv) noexcept { held_[count_++] = {contact_of(surface), dv}; }
-  // After the part f of that time.
+  // Ends the hold after the part f of its time.
   void let_go(T f) noexcept {
     const T middle = f / 2;
     Vector<T> x;
@@ -63,7 +63,7 @@ class Recording {
   std::size_t count_ = 0;
 };
 
-// The multiples of three normals that sum up to v: none of them negative, else all are 0.
+// Returns the multiples of three normals that sum up to v, or zeros if one is negative or the normals are nearly dependent.
 template <class T>
 std::array<T, 3> multiples(const Vector<T>& a, const Vector<T>& b, const Vector<T>& c, const Vector<T>& v) noexcept {
   const auto product = [](const Vector<T>& x, const Vector<T>& y, const Vector<T>& z) {

@@ -12,13 +12,13 @@
 namespace dvdx {
 namespace {
 
-// How far off a curved surface the springs of a network may have left what lies on it.
+// Returns how far off a curved surface the springs of a network may have left lanes that lie on it.
 template <class V, Arithmetic arithmetic>
 V fallen_away(const Surface<Scalar<V>>& surface, const Trajectory<V>& m, V t) noexcept {
   return V(surface.falls_away) * (t * t * dot<arithmetic>(m.v0, m.v0));
 }
 
-// Whether lanes of a network are as low over a surface, and come to it as slowly, as what rests there between pulses.
+// Whether lanes of a network are as low over a surface, and come as slowly, as lanes that rest there between pulses.
 template <class V>
 Mask<V> hovers(const Surface<Scalar<V>>& surface, V s, V out, V press, V t) noexcept {
   const V flows(surface.flows_per_substep);
@@ -26,8 +26,8 @@ Mask<V> hovers(const Surface<Scalar<V>>& surface, V s, V out, V press, V t) noex
   return Mask<V>(has_pulses(surface)) & (s <= V(Scalar<V>(0.5)) * flows * fall * magnitude(t)) & (-out <= fall);
 }
 
-// The share of the tangential velocity that is left at an impact, and after infinitely many that end within the step. 1 for
-// lanes that lay or slid on the surface before.
+// Returns the part of the tangential velocity that an impact leaves: 0 if its bounces end within the step, 1 for lanes that
+// already lay or slid on the surface.
 template <class V, Arithmetic arithmetic, PathForm form>
 V kept_by_viscosity(const Surface<Scalar<V>>& surface, const Trajectory<V>& m, const ImpactState<V, arithmetic, form>& state,
                     const Three<V>& gain, Mask<V> is_over) noexcept {
@@ -50,7 +50,7 @@ V kept_by_viscosity(const Surface<Scalar<V>>& surface, const Trajectory<V>& m, c
   return select<V>(rests, one, select<V>(is_over, V(T(0)), V(surface.tau)));
 }
 
-// A particle at the part f of what remains.
+// A particle after the part f of the remaining step.
 template <class V>
 struct Moment {
   Three<V> x, v;
@@ -120,8 +120,8 @@ void respond(const Surface<Scalar<V>>& surface, Trajectory<V>& m, ImpactState<V,
     latest->v = select(acts, vf, latest->v);
   }
 
-  // An impact whose bounces would all be over within the step is the last of them. The surfaces that hold a lane up to here,
-  // and their friction, do not press.
+  // An impact whose bounces would all end within the step is the last one. `forces` excludes the surfaces that held a lane up
+  // to here, and their friction.
   const Mask<V> was_held = state.supports.a >= zero;
   const Three<V> forces = select(was_held, gain - state.supports.dv, gain);
   const V pressed = rest * (state.direction * dot<arithmetic>(n, forces));
@@ -137,7 +137,7 @@ void respond(const Surface<Scalar<V>>& surface, Trajectory<V>& m, ImpactState<V,
   const Three<V> away = subtract_product<arithmetic>(kept * vt, e * vn, n);
   const Three<V> after = moves ? away + met.v : away;
 
-  // Surfaces that held a lane up to here need not hold it in the rest.
+  // Surfaces that held a lane up to here need not hold it in the rest of the step.
   const Three<V> x1 = select(was_held, subtract_product<arithmetic>(m.x1, rest * rest, state.supports.dx), m.x1);
   const Three<V> way = x1 - xf;
   const V beyond = dot<arithmetic>(n, moves ? subtract_product<arithmetic>(way, t, met.v) : way);

@@ -9,7 +9,7 @@
 namespace dvdx {
 namespace {
 
-// The share of a tangential velocity that is left by friction that can take away `slide`; all of it vanishes up to `hold`.
+// Returns the part of a tangential velocity that friction leaves. Friction takes `slide` off it; up to `hold` it vanishes.
 template <class V>
 V kept_by_friction(V slide, V hold, V length) noexcept {
   const V zero(Scalar<V>(0));
@@ -18,8 +18,8 @@ V kept_by_friction(V slide, V hold, V length) noexcept {
   return select<V>(hold > zero, kept, one);
 }
 
-// A surface that holds lanes: its number (-1: none), its normal and distance at the end of the step as nothing would hold them,
-// the distance at the start, its friction.
+// A surface that holds lanes: its index (-1: none), its normal and distance s at the end of the step if nothing held them, the
+// distance s0 at the start, its friction.
 template <class V>
 struct Holder {
   V number, s, s0, mu, hold;
@@ -43,11 +43,11 @@ Mask<V> is_among(const Supports<V>& held, V number) noexcept {
   return (held.a == number) | (held.b == number) | (held.c == number);
 }
 
-// Which surfaces may hold lanes from here on: they stand on them, and neither leave them higher than rounding nor come faster
-// than forces, and what holds them already, bring them to rest on them within the step.
-// A lane that slides into the edge of two planes without restitution goes up the other one, comes back, and so on: each time
-// the speed is kappa times what it was, kappa the product of their normals. All of it is over after 1/(1 - kappa) times the
-// first way there and back, which takes d0/(-c) of the step.
+// The surfaces that may hold lanes from here on. Lanes must stand on the surface, and neither leave it higher than rounding nor
+// come faster than forces and the surfaces that already hold them can stop within the step.
+// A lane that slides into the edge of two planes without restitution goes up the other plane and comes back, again and again,
+// each time with kappa times its speed, kappa the product of the normals. This ends after 1/(1 - kappa) times the first way
+// there and back, which takes d0/(-c) of the step.
 template <class V, Arithmetic arithmetic, PathForm form, SurfaceMix mix>
 class Candidates {
   using T = Scalar<V>;
@@ -61,8 +61,7 @@ class Candidates {
     V s0;  // the distance at the start
   };
 
-  // s1: the distance at the end, as lanes are held up to now; part: of the step, within which a leaving
-  // particle must have returned.
+  // s1: the distance at the end, as lanes are held so far; part: the part of the step within which leaving lanes must return.
   [[nodiscard]] Candidate of(std::size_t j, V s1, V part) const noexcept {
     const Surface<T>& surface = terms_.surfaces[j];
     if constexpr (mix == SurfaceMix::planes) return look(j, s1, part, m_, size_);
@@ -98,14 +97,14 @@ class Candidates {
   V size_;
 };
 
-// The multiples of two normals, whose product is kappa, that bring the distances (or velocities) a and b to 0: neither of them
-// negative, and one alone where that is enough.
+// The multiples of two normals, whose product is kappa, that bring the distances (or velocities) a and b to 0. Neither is
+// negative, and one is 0 if the other suffices.
 template <class V>
 struct Two {
   V a, b;
 };
 
-// Two normals: their product, and 1/(1 - kappa^2) where they are not parallel.
+// Two normals: kappa is their product, scale 1/(1 - kappa^2) unless they are parallel.
 template <class V>
 struct Wedge {
   V kappa, scale;
@@ -135,8 +134,8 @@ template <class V>
           select<V>(only_b, alone_b, select<V>(only_a, zero, both_b))};
 }
 
-// Where lanes end, the velocity along what holds them before friction takes `slide` off it (up to `hold` all of it), and that
-// with which they start along it.
+// The end of lanes that are held: the place x, the velocity v along the surfaces before friction takes `slide` off it (up to
+// `hold` all of it), and the velocity v0 along them at the start.
 template <class V>
 struct HeldEnd {
   Three<V> x, v, v0;
@@ -177,9 +176,8 @@ template <class V, Arithmetic arithmetic>
           multiply_add<arithmetic>(b.hold, removed.b, a.hold * removed.a)};
 }
 
-// The surface, of those that may hold lanes, whose inside their end x lies deepest in, with its normal and distance at the end
-// as nothing would hold them.
-// first: the only one that holds lanes up to now, or null.
+// Returns the surface inside which the lanes' end x lies deepest, among those that may hold lanes, with its normal and distance
+// at x1, the end if nothing held them. first: the only surface that holds lanes so far, or null.
 template <class V, Arithmetic arithmetic, PathForm form, SurfaceMix mix>
 Holder<V> deepest(const Terms<Scalar<V>>& terms, const Candidates<V, arithmetic, form, mix>& candidates, const Three<V>& x1,
                   const Supports<V>& held, const Holder<V>* first, const Three<V>& x, Mask<V> lanes) noexcept {
@@ -208,7 +206,7 @@ Holder<V> deepest(const Terms<Scalar<V>>& terms, const Candidates<V, arithmetic,
   return found;
 }
 
-// Lanes that a third surface keeps from moving along the edge of two: two of the three may do, else they stay where they are.
+// A third surface keeps lanes from moving along the edge of two. Two of the three may suffice; otherwise lanes do not move.
 template <class V, Arithmetic arithmetic>
 HeldEnd<V> held_by_three(const Holder<V>& a, const Holder<V>& b, const Holder<V>& c, const Trajectory<V>& m,
                          V direction) noexcept {
@@ -227,8 +225,8 @@ HeldEnd<V> held_by_three(const Holder<V>& a, const Holder<V>& b, const Holder<V>
   return select(leaves_b | leaves_a, end, HeldEnd<V>{m.x0, three<V>(zero), three<V>(zero), zero, zero});
 }
 
-// Lanes as what holds them sees them; v: the velocity which that has at the lanes' end, before they are held; more: what of it
-// is not the first holder's.
+// Lanes as seen from the surfaces that hold them. v: the velocity of the surfaces at the lanes' end before the hold; more: the
+// part of v that is not the first surface's.
 template <class V>
 struct Against {
   Trajectory<V> m;
@@ -280,7 +278,7 @@ Against<V> select(const Mask<V>& where, const Against<V>& a, const Against<V>& b
           select(where, a.more, b.more)};
 }
 
-// The velocity at x of the surfaces that hold lanes which end there.
+// Returns the velocity at x of the surfaces that hold the lanes that end there.
 template <class V, Arithmetic arithmetic>
 [[gnu::noinline]] Three<V> velocity_of(const Terms<Scalar<V>>& terms, const Holder<V>& a, const Against<V>& against,
                                        const Three<V>& x) noexcept {
@@ -295,7 +293,7 @@ template <class V, Arithmetic arithmetic>
   return v;
 }
 
-// Whether what holds lanes first moves.
+// Whether the first surface that holds lanes moves.
 template <class V>
 [[gnu::noinline]] Mask<V> is_carried(const Terms<Scalar<V>>& terms, const Holder<V>& a) noexcept {
   Mask<V> is_it(false);
@@ -305,7 +303,7 @@ template <class V>
   return is_it;
 }
 
-// Lanes that rest on two surfaces that move are carried along by both, and would leave them by roundings, step by step.
+// Puts lanes that rest on two moving surfaces back onto both. Rounding would otherwise lead them off, step by step.
 template <class V, Arithmetic arithmetic>
 [[gnu::noinline]] Three<V> onto_both(const Holder<V>& a, const Holder<V>& b, const Three<V>& x0) noexcept {
   const Wedge<V> wedge = wedge_of<V, arithmetic>(a.n, b.n);
@@ -314,7 +312,7 @@ template <class V, Arithmetic arithmetic>
   return select(wedge.is_wedge, multiply_add<arithmetic>(by_b, b.n, multiply_add<arithmetic>(by_a, a.n, x0)), x0);
 }
 
-// Friction has put ends along the planes that touch a curved surface: back onto it, and their velocities along it.
+// Moves ends, which friction has put along tangent planes, back onto a curved surface, and removes their normal velocity.
 template <class V, Arithmetic arithmetic>
 [[gnu::noinline]] void follow(const Terms<Scalar<V>>& terms, const Holder<V>& a, Mask<V> lanes, HeldEnd<V>& end) noexcept {
   for (std::size_t j = 0; j < terms.surface_count; ++j) {

@@ -1,5 +1,5 @@
-// The commonest rest straight on: lanes that one plane at rest holds, and that come near no other. The formulas and their order
-// are those of hold() and Nearness; their scalar twin is rest_reference.hpp.
+// A fast path for the most common rest: lanes that one plane at rest holds, and that come near no other. Formulas and their
+// order are those of hold() and Nearness; the scalar twin is rest_reference.hpp.
 #pragma once
 
 #include <cstddef>
@@ -13,22 +13,21 @@
 namespace dvdx {
 namespace {
 
-// The lanes that touch a plane and are left as they were: `pressed` by one plane onto another, which may hold them, too;
-// `busy` where they may meet one. is_any_held: whether one of the planes holds a busy lane where the step begins.
+// Lanes that touch a plane and are left as they were. pressed: by one plane onto another, which may hold them too; busy: they
+// may meet a plane; is_any_held: whether a plane holds a busy lane at the start of the step.
 struct NotAtRest {
   std::uint64_t pressed, busy;  // lane k is bit k
   bool is_any_held;
 };
 
-// Which plane holds lanes, before it does.
+// The plane that may hold lanes.
 template <class V>
 struct Floor {
   V number, s, s0, mu, hold;
   Three<V> n;
 };
 
-// Planes are looked at independently of each other, and no branch asks which of them lanes are in: that is another one in each
-// register.
+// Tests planes independently, without a branch on which plane holds lanes: that differs from register to register.
 template <class V, Arithmetic arithmetic>
 [[gnu::always_inline]] inline Floor<V> floor_of(const Terms<Scalar<V>>& terms, std::size_t count, const Trajectory<V>& m,
                                                 V size, V end_size) noexcept {
@@ -111,7 +110,7 @@ template <class V, Arithmetic arithmetic>
   return {bits_of<V>(pressed), bits_of<V>(busy), any_lane<V>(busy & is_held)};
 }
 
-// The loops over few planes unrolled.
+// Unrolls the loops over one and three planes.
 template <class V, Arithmetic arithmetic>
 [[gnu::always_inline]] inline NotAtRest rest_on_one(const Terms<Scalar<V>>& terms, Mask<V> lanes, Trajectory<V>& m,
                                                     V* holder = nullptr) noexcept {

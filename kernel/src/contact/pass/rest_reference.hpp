@@ -22,7 +22,7 @@ struct Holder {
   T s = 0, s0 = 0, mu = 0, hold = 0;
   Vector<T> n{};
   Vector<T> x0{}, v0{};  // the start as the surface sees it
-  Vector<T> V{};         // its velocity at the end
+  Vector<T> V{};         // the surface's velocity at the end
 };
 
 template <Arithmetic arithmetic, class T>
@@ -34,8 +34,8 @@ Holder<T> holder_of(std::size_t number, const Surface<T>& surface, T s, T s0, co
   return holder;
 }
 
-// s1: the distance at the end, as it is held up to now; part: of the step, in which what leaves must be back; s0 becomes the
-// distance at the start.
+// s1: the distance at the end, as the particle is held so far; part: the part of the step within which one that leaves must
+// return. s0 receives the distance at the start.
 template <Arithmetic arithmetic, PathForm form, class T>
 bool may_hold(const Surface<T>& surface, T s1, T part, const Particle<T>& p, const ImpactState<arithmetic, form, T>& state,
               bool is_last, T& s0) noexcept {
@@ -76,7 +76,7 @@ template <class T>
 struct HeldEnd {
   Vector<T> x{}, v{}, v0{};
   T slide = 0, hold = 0;
-  std::array<T, 3> removed{};  // by each holder along its normal, of the end's velocity
+  std::array<T, 3> removed{};  // of the end's velocity, by each surface along its normal
 };
 
 template <Arithmetic arithmetic, class T>
@@ -117,8 +117,8 @@ HeldEnd<T> held_by_two(const Holder<T>& a, const Holder<T>& b, const Particle<T>
   return end;
 }
 
-// A particle as what holds it sees it; V: the velocity which that has at the particle's end, before it is held; more: what of
-// it is not the first holder's.
+// A particle as seen from the surfaces that hold it. V: the velocity of the surfaces at the particle's end before the hold;
+// more: the part of V that is not the first surface's.
 template <class T>
 struct Against {
   Particle<T> p;
@@ -197,7 +197,7 @@ HeldEnd<T> held_by_three(const Holder<T>& a, const Holder<T>& b, const Holder<T>
   return {.x = p.x0};
 }
 
-// Records each holder's effect on the particle, which ends at p: along its normal, and of the friction as much as it presses.
+// Records the effect of each surface on the particle, which ends at p: its normal pulse, and its share of the friction.
 template <Arithmetic arithmetic, PathForm form, class T>
 void record_hold(const std::array<const Holder<T>*, 3>& holders, const HeldEnd<T>& end, const Vector<T>& friction,
                  const Particle<T>& p, const ImpactState<arithmetic, form, T>& state) noexcept {
@@ -219,7 +219,7 @@ void record_hold(const std::array<const Holder<T>*, 3>& holders, const HeldEnd<T
       shares[main][axis] = shares[main][axis] - shares[k][axis];
     }
   }
-  // A holding force's impulse is larger than the velocity it leaves at the end, where springs and drag act on that.
+  // Springs and drag act on the velocity that a holding force gives, so its impulse is larger than what is left at the end.
   Vector<T> grown{1, 1, 1};
   if constexpr (form == PathForm::flow) {
     for (std::size_t axis = 0; axis < 3; ++axis) {
@@ -233,7 +233,7 @@ void record_hold(const std::array<const Holder<T>*, 3>& holders, const HeldEnd<T
   }
 }
 
-// A particle that rests on two surfaces that move is carried along by both, and would leave them by roundings, step by step.
+// Puts a particle that rests on two moving surfaces back onto both. Rounding would otherwise lead it off, step by step.
 template <Arithmetic arithmetic, class T>
 Vector<T> onto_both(const Holder<T>& a, const Holder<T>& b, const Vector<T>& x0) noexcept {
   const T kappa = dot<arithmetic>(a.n, b.n);
@@ -249,7 +249,7 @@ Vector<T> onto_both(const Holder<T>& a, const Holder<T>& b, const Vector<T>& x0)
   return x;
 }
 
-// Friction has put an end along the plane that touches a curved surface: back onto it, and its velocity along it.
+// Moves an end, which friction has put along the tangent plane, back onto a curved surface, and removes its normal velocity.
 template <Arithmetic arithmetic, class T>
 void follow(const Surface<T>& surface, HeldEnd<T>& end) noexcept {
   if (surface.shape == Shape::plane) return;

@@ -4,7 +4,7 @@
 
 namespace dvdx {
 
-// Springs' estimates are no part of contacts, as in resolve_logged().
+// Fast arithmetic counts as contracted, as in resolve_logged().
 template <class T>
 StayKernels<T> stay_kernels(Arithmetic arithmetic) noexcept {
   constexpr auto separate = Arithmetic::separate;

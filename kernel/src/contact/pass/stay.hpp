@@ -1,21 +1,21 @@
-// Particles that stand still under the pulses of a network, and stay.
+// Particles that stand still, and stay so under the pulses of a network.
 //
-// Pulse.   Springs act between flows, by a velocity at one time; gravity and what holds a particle act all through a flow.
-//          Pulled along a surface by a pulse h F, a particle that friction should hold is braked only in the flow after it, and
-//          goes F h^2/2 on the way, in each sub-step again: a creep of F h/2. Pulses of fourth_order besides differ, one of
-//          them is negative, and two flows go back. In none of them does what a flow sees tell what a sub-step does.
-// Rule.    A particle that stands still where a flow ends, v = V of the surface that it is on, is judged by the impulse of a
-//          whole sub-step,
+// Pulse.   Springs act between flows, as a change of velocity at one time. Gravity and holding surfaces act all through a flow.
+//          If a pulse h F pulls a particle along a surface and friction should hold it, friction brakes it only in the next
+//          flow. Meanwhile it moves by F h^2/2, in every sub-step: a creep of F h/2. Pulses of fourth_order also differ, one of
+//          them is negative, and two flows go back. No single flow shows what the whole sub-step does.
+// Rule.    A particle stands still at the end of a flow if v = V, the velocity of the surface that it is on. It is judged by
+//          the impulse of a whole sub-step,
 //            P = (v - V) / b + g / a,
-//          v after the pulse since, V that of the surface at the end of the flow, g what the other forces give in the flow, b
-//          and a the parts of the sub-step that pulse and flow are of (a < 0 in flows that go back, and g with it). It is the
-//          same in every flow where the force is constant. The surfaces that go by V take from P what rest_reference.hpp
-//          takes from a velocity: one, two or three of them, by their normal pulses and friction. Where nothing is left, the
-//          particle stays with them, at rest to the last bit. Else it goes on as any does.
-// Wait.    The pulse that follows the first flow of a step is not known in it: what stands still waits. Where it does not stay
-//          after the pulse, it is given what it has missed of the other forces, g of the next flow by their durations.
-// Limits.  One particle that hangs still at a surface's height and is not pressed waits for half a sub-step once. A force that
-//          changes within a sub-step is judged by what it is in each of its flows.
+//          v after the next pulse, V that of the surface at the end of the next flow, g the velocity that the other forces give
+//          in that flow, b and a the parts of the sub-step that pulse and flow make up (a < 0 in flows that go back, and g with
+//          it). P is the same in every flow if the force is constant. One, two or three surfaces that move by V take from P
+//          what rest_reference.hpp takes from a velocity, by their normal pulses and friction. If nothing is left, the particle
+//          stays with them, at rest to the last bit. Otherwise it goes on as any other.
+// Wait.    In the first flow of a step the next pulse is not known yet, so a particle that stands still waits. If it does not
+//          stay after the pulse, it gets the missed velocity of the other forces: g of the next flow, scaled by the durations.
+// Limits.  A particle that hangs still at a surface's height and is not pressed waits once, for half a sub-step. A force that
+//          changes within a sub-step is judged by its value in each flow.
 #pragma once
 
 #include <array>
@@ -32,24 +32,24 @@ inline constexpr std::uint32_t no_surface = 0xFFFFFFFF;
 
 enum class Asked { stands, stays };
 
-// How the impulse of a sub-step follows from what one flow sees.
+// The numbers by which the impulse of a sub-step follows from one flow.
 template <class T>
 struct SubstepImpulse {
-  T t = 0;       // s: the flow
-  T pulses = 0;  // sub-steps' worth in a pulse: 0 where none has been since the step began, and what stands still waits
-  T flows = 0;   // flows of this duration in a sub-step
+  T t = 0;       // s: duration of the flow
+  T pulses = 0;  // 1/b: such pulses in a sub-step; 0: none yet in this step, so particles that stand still wait
+  T flows = 0;   // 1/a: flows of this duration in a sub-step
   T owed = 0;    // flows of this duration that particles have waited for
 };
 
 template <class T>
 struct StayKernels {
-  // A particle that stood still with the surface `carrier`, or with surfaces at rest where there is none of that number, at x0,
-  // has the velocity v0 after the pulse. The surface that it stays on, or waits on, or no_surface. v1: what the other forces
-  // give it in the flow. Where there is one x1 and v1 are then its end.
+  // Judges a particle that stood still at x0 on the surface `carrier`, or on surfaces at rest if there is no such index. v0:
+  // its velocity after the pulse; v1: the velocity that the other forces give it in the flow. Returns the surface that it stays
+  // or waits on, and sets x1 and v1 to its end, or returns no_surface.
   std::uint32_t (*stays)(const Terms<T>&, const SubstepImpulse<T>&, std::size_t carrier,
                          reference::Particle<T>&) noexcept = nullptr;
-  // The surface that moves, on which a particle stands still t before the end of a flow, or no_surface. movers: a surface of
-  // each motion, or none of it.
+  // Returns the moving surface on which a particle stands still at the time t before the end of a flow, or no_surface. movers:
+  // for each motion one of its surfaces, or no_surface.
   std::uint32_t (*carrier)(const Terms<T>&, std::span<const std::uint32_t> movers, T t, const std::array<T, 3>& x,
                            const std::array<T, 3>& v) noexcept = nullptr;
 };

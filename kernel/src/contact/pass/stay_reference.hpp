@@ -1,4 +1,4 @@
-// Whether what stands still stays, scalar. It has no wide body: few particles of a block stand still.
+// Whether particles that stand still stay so, scalar. There is no wide body: few particles of a block stand still.
 #pragma once
 
 #include <algorithm>
@@ -13,7 +13,7 @@
 
 namespace dvdx::reference {
 
-// At x, t before the end of the flow; to rounding, as the velocities of two flows may differ by it, and those of two surfaces.
+// Whether a surface has the velocity V at x, t before the end of the flow, to rounding: two flows or surfaces may differ by it.
 template <Arithmetic arithmetic, class T>
 bool goes_by(const Surface<T>& surface, const Vector<T>& x, T t, const Vector<T>& V) noexcept {
   if (surface.movement == Movement::rest) return V == Vector<T>{};
@@ -29,7 +29,7 @@ bool stands_on(const Surface<T>& surface, const Vector<T>& x, T s) noexcept {
   return std::abs(s) <= roundings * std::numeric_limits<T>::epsilon() * (one_norm(x) + surface.radius);
 }
 
-// The surface that P presses most below `most`, of those that stand still with the particle at x and go by V there.
+// Returns, of the surfaces at x that move by V there, the one with the least n.v below `most`. stands: receives any of them.
 template <Arithmetic arithmetic, class T>
 Holder<T> most_pressed(const Terms<T>& terms, const Vector<T>& x, const Vector<T>& V, const Vector<T>& v, const Vector<T>& P,
                        const Supports<T>& held, T most, std::uint32_t& stands) noexcept {
@@ -48,7 +48,7 @@ Holder<T> most_pressed(const Terms<T>& terms, const Vector<T>& x, const Vector<T
   return found;
 }
 
-// The surface that P presses most where nothing is left of it, or any where only standing is asked for; or no_surface.
+// Returns the surface that P presses most if nothing of P is left, or no_surface. Asked::stands: any surface it stands on.
 template <Arithmetic arithmetic, class T>
 std::uint32_t carried_by(const Terms<T>& terms, const Vector<T>& x, const Vector<T>& V, const Vector<T>& P,
                          Asked asked) noexcept {
@@ -59,7 +59,7 @@ std::uint32_t carried_by(const Terms<T>& terms, const Vector<T>& x, const Vector
   if (asked == Asked::stands) return stands;
   if (a.number == none) return no_surface;
   const auto most = static_cast<std::uint32_t>(a.number);
-  // The impulse takes the place of both, the way and the velocity that surfaces take back.
+  // The impulse stands for both the way and the velocity that surfaces take back.
   const Particle<T> pressed{.x0 = {}, .v0 = P, .x1 = P, .v1 = P};
   const T rounding = -2 * std::numeric_limits<T>::epsilon() * one_norm(P);
   HeldEnd<T> end = held_by_one<arithmetic>(a, pressed, T(1));

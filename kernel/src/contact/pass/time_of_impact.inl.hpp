@@ -30,16 +30,16 @@ V first_root(V s0, V d0, V c, V disc) noexcept {
   return quotient<V>(above, below);
 }
 
-// Whether what was hit last is not hit again.
+// Whether lanes on the surface that was hit last do not hit it again.
 template <class V>
 Mask<V> stays(const Surface<Scalar<V>>& surface, V d0, V c, V low) noexcept {
   if (surface.response == Response::end_on_surface) return Mask<V>(true);
   return (d0 <= V(Scalar<V>(0))) | (d0 * d0 <= -(low * c));
 }
 
-// Newton's steps for the first zero of `gap`, from f on, which keep between 0, where it is positive, and `end`, where it is
-// negative. `gap` returns it and its slope at f. A gap up to `close` counts as zero, and no bisection is done: that would
-// lead away from a path that begins on the surface and goes along it.
+// Finds the first zero of `gap` by Newton's steps from f, between 0, where it is positive, and `end`, where it is negative.
+// gap(f) returns it and its slope. halves: a step that leaves the bracket bisects it, unless the gap is at most `close`; there,
+// bisection would lead away from a path that begins on the surface and goes along it.
 template <class V, class GapAt>
 V refined(const GapAt& gap, V f, V end, int steps, bool halves, V close) noexcept {
   const V zero(Scalar<V>(0));
@@ -126,7 +126,7 @@ class PlanePath {
   V l_, q_;
 };
 
-// m: as the surface sees it; own: as it is.
+// m: the trajectory as the surface sees it; own: the trajectory itself.
 template <class V, Arithmetic arithmetic, PathForm form>
 Crossing<V> cross_plane(const Terms<Scalar<V>>& terms, const Surface<Scalar<V>>& surface, const Trajectory<V>& m,
                         [[maybe_unused]] const Trajectory<V>& own, const ImpactState<V, arithmetic, form>& state, Mask<V> held,
@@ -171,7 +171,7 @@ Crossing<V> cross_plane(const Terms<Scalar<V>>& terms, const Surface<Scalar<V>>&
   }
 }
 
-// A path as a surface sees it. Where forces bend it, `way` has its curvature at its start, and `bent` and `slip` are the path.
+// A path as a surface sees it. If forces bend it, `bent` and `slip` are the path, and `way` has its curvature at the start.
 template <class V, Arithmetic arithmetic>
 struct SeenPath {
   Path<V> way;
@@ -259,8 +259,8 @@ SphereEnd<V> newton_to_sphere(const Surface<Scalar<V>>& surface, const Way& way,
   }
 }
 
-// A distance below which rounding alone keeps lanes off a curved surface. Told apart from none, it would be an impact of its
-// own with the square root of it: 1e-8 m/s in float64.
+// Returns the distance within which only rounding keeps lanes off a curved surface. If it did not count as 0, it would make an
+// impact of its own with its square root: 1e-8 m/s in float64.
 template <class V>
 V at_surface(const Surface<Scalar<V>>& surface, const Trajectory<V>& own, const Three<V>& r) noexcept {
   return V(4 * std::numeric_limits<Scalar<V>>::epsilon()) * ((one_norm(own.x0) + one_norm(r)) + V(surface.radius));
@@ -312,7 +312,7 @@ Crossing<V> cross_sphere(const Terms<Scalar<V>>& terms, const Surface<Scalar<V>>
   return {end.f, ((g1 < zero) | dips) & !(held & stays(surface, d0, c, low))};
 }
 
-// The crossing of a body with a signed distance.
+// Finds the crossing of a body with a signed distance.
 template <class V, Arithmetic arithmetic, PathForm form>
 [[gnu::noinline]] Crossing<V> cross_solid(const Surface<Scalar<V>>& surface, const Trajectory<V>& m,
                                           [[maybe_unused]] const Trajectory<V>& own,

@@ -99,7 +99,7 @@ class PlanePath {
   T l_, q_;
 };
 
-// p: as the surface sees it; own: as it is.
+// p: the path as the surface sees it; own: the path itself.
 template <Arithmetic arithmetic, PathForm form, class T>
 std::optional<T> cross_plane(const Terms<T>& terms, const Surface<T>& surface, const Particle<T>& p, const Particle<T>& own,
                              const ImpactState<arithmetic, form, T>& state, bool is_held, T low) noexcept {
@@ -134,7 +134,7 @@ std::optional<T> cross_plane(const Terms<T>& terms, const Surface<T>& surface, c
   }
 }
 
-// A path as a surface sees it. Where forces bend it, `way` has its curvature at its start, and `bent` and `slip` are the path.
+// A path as a surface sees it. If forces bend it, `bent` and `slip` are the path, and `way` has its curvature at the start.
 template <Arithmetic arithmetic, class T>
 struct SeenPath {
   Path<T> way;
@@ -163,7 +163,7 @@ SeenPath<arithmetic, T> seen_path_of(const Surface<T>& surface, const Particle<T
   return way;
 }
 
-// To the part `at` of a path that forces bend, from `start`.
+// Sets the place and the tangent at the part `at` of a path that forces bend, from `start` on.
 template <Arithmetic arithmetic, PathForm form, class T>
 void go_along(const Vector<T>& start, const SeenPath<arithmetic, T>& bend, const ImpactState<arithmetic, form, T>& state, T at,
               Vector<T>& x, Vector<T>& tangent) noexcept {
@@ -185,7 +185,7 @@ struct SphereEnd {
   T f, g, slope;
 };
 
-// way(f, r, tangent)
+// way(f, r, tangent) sets r and the tangent at f.
 template <Arithmetic arithmetic, class T, class Way>
 SphereEnd<T> newton_to_sphere(const Surface<T>& surface, const Way& way, T f, int steps, bool halves) noexcept {
   const T k = surface.half_curvature;
@@ -208,8 +208,8 @@ SphereEnd<T> newton_to_sphere(const Surface<T>& surface, const Way& way, T f, in
   }
 }
 
-// A distance below which rounding alone keeps a particle off a curved surface. Told apart from none, it would be an impact of
-// its own with the square root of it: 1e-8 m/s in float64.
+// Returns the distance within which only rounding keeps a particle off a curved surface. If it did not count as 0, it would
+// make an impact of its own with its square root: 1e-8 m/s in float64.
 template <class T>
 T at_surface(const Surface<T>& surface, const Particle<T>& own, const Vector<T>& r) noexcept {
   return 4 * std::numeric_limits<T>::epsilon() * ((one_norm(own.x0) + one_norm(r)) + surface.radius);

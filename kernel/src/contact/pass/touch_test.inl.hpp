@@ -1,4 +1,4 @@
-// Which lanes may touch a surface within the step, wide: what every particle pays for. The scalar twin:
+// The test which lanes may touch a surface within the step, wide. Every particle pays for it. The scalar twin:
 // touch_test_reference.hpp.
 #pragma once
 
@@ -22,8 +22,8 @@ template <class V, Arithmetic arithmetic>
   return surface.finds_dips ? ends_inside | (dot<arithmetic>(n, middle) < d) : ends_inside;
 }
 
-// Outside a sphere, with r counted from its center: a path touches nothing while it stays in front of the tangent plane that
-// faces its start, n.r > R with n = r0/|r0|. Without the root: near where r0.r <= 0 or (r0.r)^2 <= R^2 |r0|^2.
+// Outside a sphere, with r counted from its center, a path touches nothing while it stays in front of the tangent plane that
+// faces its start, n.r > R with n = r0/|r0|. Without the root: r is near if r0.r <= 0 or (r0.r)^2 <= R^2 |r0|^2.
 template <class V, Arithmetic arithmetic>
 [[gnu::always_inline]] inline Mask<V> may_touch_sphere(const Surface<Scalar<V>>& surface, const Trajectory<V>& m,
                                                        const Three<V>& middle) noexcept {
@@ -44,7 +44,7 @@ template <class V, Arithmetic arithmetic>
   return surface.finds_dips ? near1 | (along_m <= zero) | (along_m * along_m <= reach) : near1;
 }
 
-// For a plane or a sphere: nothing is called, so that the loop around it keeps its registers.
+// For a plane or a sphere. It calls nothing, so that the loop around it keeps its registers.
 template <class V, Arithmetic arithmetic>
 [[gnu::always_inline]] inline Mask<V> may_touch_simple(const Surface<Scalar<V>>& surface, const Trajectory<V>& m,
                                                        const Three<V>& middle) noexcept {
@@ -69,7 +69,7 @@ template <class V, Arithmetic arithmetic>
   return may_touch_solid<V, arithmetic>(surface, m, middle);
 }
 
-// t: what remains of the step; corner: the part of it after which the path's tangents meet, in seconds.
+// t: the remaining time of the step, s; corner: the time after which the tangents at both ends of the path meet, s.
 template <class V, Arithmetic arithmetic>
 [[gnu::noinline]] Mask<V> may_touch_moving(const Surface<Scalar<V>>& surface, const Trajectory<V>& m, V t, V corner) noexcept {
   const Trajectory<V> seen = as_seen<V, arithmetic>(surface, m, t);
@@ -99,7 +99,7 @@ template <class V, Arithmetic arithmetic>
   return touches;
 }
 
-// Made once a block: what is read through `terms` could alias the particles and would be read again for every batch.
+// Made once a block: data behind `terms` could alias the particles, and would be read again for every batch.
 template <class V, Arithmetic arithmetic>
 class TouchTest {
   using T = Scalar<V>;
@@ -126,8 +126,8 @@ class TouchTest {
   V corner_;
 };
 
-// The same for a single plane, axis by axis as soon as it has moved, which takes fewer registers. Where dips do
-// not count nothing is below minus infinity.
+// The same for a single plane. It adds up axis by axis, each as soon as it has moved, which takes fewer registers. If dips do
+// not count, the offset for them is minus infinity: nothing is below it.
 template <class V, Arithmetic arithmetic>
 class PlaneTouchTest {
   using T = Scalar<V>;

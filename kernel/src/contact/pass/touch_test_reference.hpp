@@ -51,7 +51,7 @@ bool may_touch(const Surface<T>& surface, const Particle<T>& p, const Vector<T>&
   return may_touch_solid<arithmetic>(surface, p, middle);
 }
 
-// t: what remains of the step; corner: the part of it after which the path's tangents meet, in seconds.
+// t: the remaining time of the step, s; corner: the time after which the tangents at both ends of the path meet, s.
 template <Arithmetic arithmetic, class T>
 bool may_touch_moving(const Surface<T>& surface, const Particle<T>& p, const Vector<T>& middle, T t, T corner) noexcept {
   if (surface.movement == Movement::rest) {

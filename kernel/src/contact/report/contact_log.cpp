@@ -4,7 +4,7 @@
 
 namespace dvdx {
 
-// Springs' estimates are no part of contacts: fast arithmetic resolves them contracted.
+// Fast arithmetic resolves contacts as contracted does: its estimates are for springs alone.
 template <class T>
 ResolveLogged<T> resolve_logged(Arithmetic arithmetic) noexcept {
   return arithmetic == Arithmetic::separate ? reference::resolve_and_log<Arithmetic::separate, T>

@@ -1,6 +1,5 @@
-// The effect of contacts on particles, told by impulses: those of particles that a single plane holds or throws back, a
-// register at a time, by the wide pass. All other particles that touch a surface are resolved by the scalar twin where a block
-// has a log.
+// Logs the effect of contacts on particles. The wide pass logs particles that a single plane holds or throws back, a register
+// at a time. The scalar twin resolves all other particles that touch a surface if a block has a log.
 #pragma once
 
 #include <array>
@@ -13,35 +12,35 @@
 
 namespace dvdx {
 
-// A change dv of a particle's velocity by a surface, at x, t before the end of the flow.
+// A change dv of a particle's velocity by a surface, at x, at the time t before the end of the flow.
 template <class T>
 struct ContactPush {
-  std::size_t particle = 0;  // its number in the plan's columns
+  std::size_t particle = 0;  // its index in the plan's columns
   std::size_t contact = 0;
   std::array<T, 3> x{}, dv{};
   T t = 0;
 };
 
-// The same for particles side by side, 0 for those that are not among the lanes.
+// The same for particles side by side, with 0 in the other lanes.
 template <class T>
 struct ContactPushes {
   static constexpr std::size_t most = 16;
-  std::size_t first = 0;    // that of lane 0 in the plan's columns
+  std::size_t first = 0;    // index of lane 0 in the plan's columns
   std::uint64_t lanes = 0;  // lane k is bit k
   std::array<std::uint32_t, most> contact{};
-  alignas(64) std::array<std::array<T, most>, 3> x{}, dv{}, n{};  // n: of impacts
+  alignas(64) std::array<std::array<T, most>, 3> x{}, dv{}, n{};  // n: only of impacts
   alignas(64) std::array<T, most> t{};
 };
 
 template <class T>
 class ContactLog;
 
-// Touches are looked for, and what is found is resolved.
+// Looks for touches of a particle, resolves them and logs them.
 template <class T>
 using ResolveLogged = void (*)(const Terms<T>&, const Offsets<T>&, reference::Particle<T>&, std::size_t particle,
                                ContactLog<T>&);
 
-// Takes what the contacts of some particles do, on one thread.
+// Receives the effects of contacts on some particles, on one thread.
 template <class T>
 class ContactLog {
  public:
@@ -50,7 +49,7 @@ class ContactLog {
   ContactLog& operator=(const ContactLog&) = delete;
 
   virtual void take_impact(const ContactPush<T>& push, const std::array<T, 3>& normal) noexcept = 0;
-  // By a surface that holds a particle, evenly about the time given, or that puts it back outside.
+  // A push by a surface that holds a particle, spread evenly about the given time, or that puts it back outside.
   virtual void take_hold(const ContactPush<T>& push) noexcept = 0;
   virtual void take_impacts(const ContactPushes<T>& pushes) noexcept = 0;
   virtual void take_holds(const ContactPushes<T>& pushes) noexcept = 0;

@@ -23,7 +23,7 @@ Vec3 center_of(const Contact& contact) noexcept {
       contact);
 }
 
-// In the order of the numbers, and what is not a number behind all others: a sort must not be led astray.
+// Returns an integer in the order of the numbers. A NaN has a place too, before or behind all others: a sort needs an order.
 std::int64_t ordinal(double number) noexcept {
   const auto bits = std::bit_cast<std::int64_t>(number);
   return bits >= 0 ? bits : std::numeric_limits<std::int64_t>::min() - bits;
@@ -81,7 +81,7 @@ void ContactSums::add(const Vec3& impulse, const Vec3& torque) noexcept {
 }
 
 void ContactSums::add_waiting() noexcept {
-  if (waiting_count_ < few_waiting) {  // lanes would have to be set up for them
+  if (waiting_count_ < few_waiting) {  // too few to set up lanes for them
     for (std::size_t sum = 0; sum < contact_sums; ++sum) {
       for (std::size_t k = 0; k < waiting_count_; ++k) add(sum, waiting_[sum][k]);
     }
@@ -97,8 +97,8 @@ void ContactSums::add(const ContactTerms& terms) noexcept {
   for (std::size_t sum = 0; sum < contact_sums; ++sum) {
     lanes_[sum].add(terms[sum], [&](double term) { add(sum, term); });
   }
-  // Carries in time, where one thread takes very many steps.
-  terms_ += ExactLanes::lanes + 2;  // and what is flushed
+  // Carries before words overflow, if one thread takes very many steps.
+  terms_ += ExactLanes::lanes + 2;  // the terms, and the two sums of a flush
   if (terms_ < most_terms) return;
   terms_ = 0;
   for (std::size_t sum = 0; sum < contact_sums; ++sum) {
@@ -253,7 +253,7 @@ void ContactRecorder<T>::add(const ContactPushes<T>& pushes, bool are_hits) noex
       add_each(pushes, own, are_hits);
       continue;
     }
-    ContactPushes<T> some = pushes;  // whatever the others are: not even a NaN of theirs counts here
+    ContactPushes<T> some = pushes;  // the other lanes get 0, so that not even a NaN counts
     for (std::size_t k = 0; k < ExactLanes::lanes; ++k) {
       if ((own >> k & 1U) != 0) continue;
       for (std::size_t axis = 0; axis < 3; ++axis) some.x[axis][k] = some.dv[axis][k] = 0;
@@ -277,7 +277,7 @@ void ContactRecorder<T>::add_each(const ContactPushes<T>& pushes, std::uint64_t 
   }
 }
 
-// All of one contact: the same numbers as of each particle by itself.
+// Takes pushes of one contact. The sums are the same as if each particle were added by itself.
 template <class T>
 void ContactRecorder<T>::add(const ContactPushes<T>& pushes, const Side& side, bool are_hits) noexcept {
   const auto first = static_cast<std::size_t>(std::countr_zero(pushes.lanes));

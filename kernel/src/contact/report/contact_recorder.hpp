@@ -1,4 +1,4 @@
-// Where what contacts do to particles becomes sums and events of a report.
+// Turns the effects of contacts on particles into the sums and events of a report.
 #pragma once
 
 #include <array>
@@ -18,7 +18,7 @@
 
 namespace dvdx {
 
-// The point that a contact's torque is counted about: where it is at the end of the flow, m in the world, and its velocity.
+// The point about which the torque of a contact is taken: its place at the end of the flow, m in the world, and its velocity.
 struct TorqueCenter {
   Vec3 at{}, velocity{};
 };
@@ -34,21 +34,21 @@ struct ContactReport::Parts {
   std::vector<std::int64_t> words;
   std::vector<TorqueCenter> centers;
   std::span<ContactEvent> room;
-  std::atomic<std::size_t> claimed{0};   // of the room, and beyond it
-  std::atomic<std::uint64_t> joined{0};  // sums since carries were last taken on
+  std::atomic<std::size_t> claimed{0};   // events that asked for room, also those that found none
+  std::atomic<std::uint64_t> joined{0};  // sums joined since the last carry
   std::size_t kept = 0;                  // events, in order
   std::uint64_t lost = 0;
   std::uint64_t steps = 0;
 };
 
-// A call of step() begins, or ends, on the calling thread.
+// Begin and end a call of step(), on the calling thread.
 void begin_report(ContactReport::Parts& report, const Scene& scene) noexcept;
 void end_report(ContactReport::Parts& report, std::size_t steps) noexcept;
 
 // Impulse and torque of particles side by side, 0 where there is none.
 using ContactTerms = std::array<std::array<double, ExactLanes::lanes>, contact_sums>;
 
-// The sums of one contact, on one thread, on their way to the report.
+// The sums of one contact on one thread, until they join the report.
 class ContactSums {
  public:
   explicit ContactSums(std::size_t contact) noexcept : contact_(contact) {}
@@ -73,23 +73,23 @@ class ContactSums {
   std::array<std::size_t, contact_sums> first_{exact_words, exact_words, exact_words, exact_words, exact_words, exact_words};
   std::array<std::size_t, contact_sums> end_{};
   std::array<ExactLanes, contact_sums> lanes_{};
-  ContactTerms waiting_;  // of particles by themselves, until they are as many as lanes
+  ContactTerms waiting_;  // of single particles, until they fill the lanes
   std::size_t waiting_count_ = 0;
 };
 
-// Which particle stands at an element of a plan's columns, if one that surfaces can move.
+// The particle at an element of a plan's columns, if surfaces can move it.
 class LoggedParticles {
  public:
-  // As they stand in the state, from number `first` on.
+  // Elements in the order of the state, from particle `first` on.
   LoggedParticles(const Scene& scene, std::size_t first, std::size_t count) noexcept
       : scene_(scene), first_(first), count_(count) {}
-  // The first `count` of an order's. is_own: null, or of each particle, 0 where another part of the batch logs it.
+  // Elements of `order`, with particles below `count`. is_own: null, or 0 for particles that another part of the batch logs.
   LoggedParticles(const Scene& scene, const ParticleOrder& order, std::size_t count, std::span<const double> inverse_masses,
                   const std::uint8_t* is_own) noexcept
       : scene_(scene), count_(count), order_(&order), inverse_masses_(inverse_masses), is_own_(is_own) {}
 
   [[nodiscard]] std::optional<std::size_t> number(std::size_t element) const noexcept;
-  // Whether elements are numbered on from first().
+  // Whether element i is particle first() + i.
   [[nodiscard]] bool are_in_order() const noexcept { return order_ == nullptr && scene_.fixed.empty(); }
   [[nodiscard]] std::size_t first() const noexcept { return first_; }
   [[nodiscard]] std::size_t count() const noexcept { return count_; }
@@ -104,7 +104,7 @@ class LoggedParticles {
   const std::uint8_t* is_own_ = nullptr;
 };
 
-// One task's.
+// The log of one task.
 template <class T>
 class ContactRecorder final : public ContactLog<T> {
  public:
@@ -112,7 +112,7 @@ class ContactRecorder final : public ContactLog<T> {
       : ContactLog<T>(resolve_logged<T>(arithmetic)), report_(report), particles_(particles) {}
   ~ContactRecorder();
 
-  // A flow of the report's step `step` starts at this time and takes h seconds.
+  // Begins a flow of the report's step `step`, from `start` on, of h seconds.
   void begin(std::uint64_t step, const Clock& start, double h) noexcept {
     step_ = step;
     start_ = start;
@@ -130,7 +130,7 @@ class ContactRecorder final : public ContactLog<T> {
   };
 
   std::optional<Impulse> add(const ContactPush<T>& push, bool is_hit) noexcept;
-  // Those of particles side by side: which they are, and which of them surfaces can move.
+  // Particles side by side: numbers, masses, and as `lanes` those that surfaces can move.
   struct Side {
     std::array<std::size_t, ExactLanes::lanes> particle;
     std::array<double, ExactLanes::lanes> mass;  // kg
@@ -139,7 +139,7 @@ class ContactRecorder final : public ContactLog<T> {
   [[nodiscard]] Side side_of(const ContactPushes<T>& pushes) const noexcept;
   void add(const ContactPushes<T>& pushes, bool are_hits) noexcept;
   void add(const ContactPushes<T>& pushes, const Side& side, bool are_hits) noexcept;
-  static constexpr int few = 6;  // lanes of one contact that go one by one
+  static constexpr int few = 6;  // fewer lanes of one contact are added one by one
   void add_each(const ContactPushes<T>& pushes, std::uint64_t lanes, bool are_hits) noexcept;
   void keep_event(const Impulse& impulse, std::size_t contact, const std::array<T, 3>& normal, T t) noexcept;
   ContactSums& sums_of(std::size_t contact) noexcept;

@@ -1,4 +1,4 @@
-// The public face of reports of contacts.
+// The public functions of contact reports.
 #include "dvdx/contact_report.hpp"
 
 #include <algorithm>

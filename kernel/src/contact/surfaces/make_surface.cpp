@@ -37,7 +37,7 @@ void set_shape(Surface<T>& surface, const Sphere& sphere, const Vec3& origin) no
   surface.half_curvature = static_cast<T>(side / (2 * radius));
 }
 
-// The radius of the ball that holds a body: a little larger than rounding needs.
+// Returns the radius of the ball that contains a body, a little larger than rounding requires.
 template <class T>
 T bound(double radius) noexcept {
   return static_cast<T>(radius * (1 + 8 * static_cast<double>(std::numeric_limits<T>::epsilon())));
@@ -47,9 +47,9 @@ void set_bound(Surface<T>& surface, double radius) noexcept {
   surface.radius = bound<T>(radius);
 }
 
-// ---- bodies: what they are, and where the pose has them ---------------------------------------------------------------
+// ---- bodies: shape, and place by the pose ----------------------------------------------------------------------------
 
-// One of its spheres holds the other.
+// Returns true if one end sphere contains the other.
 bool is_ball(const Capsule& capsule) noexcept {
   return length(difference(capsule.ends[1], capsule.ends[0])) <= std::abs(capsule.radius[1] - capsule.radius[0]);
 }
@@ -107,7 +107,7 @@ void place_body(Surface<T>& surface, const OrientedBox& box, const MovedPose& po
   set_axes(surface, pose.turn * quaternion(box.rotation));
 }
 
-// The rest of both is made with their memory.
+// ShapeMemory holds the rest of convex bodies and meshes.
 template <class T>
 void set_body(Surface<T>& surface, const Convex&) noexcept {
   surface.shape = Shape::convex;
@@ -130,7 +130,7 @@ void place_body(Surface<T>& surface, const TriangleMesh&, const MovedPose& pose,
   place_at_home(surface, pose, origin);
 }
 
-// Particles are inside: the face that looks towards them.
+// Returns the face `part` of a box with particles inside, as a plane that faces them.
 Plane face_of(const OrientedBox& box, std::size_t part) noexcept {
   const std::size_t axis = part / 2;
   Vec3 outwards{};
@@ -155,7 +155,7 @@ void set_impact(Surface<T>& surface, double restitution, double friction, double
   surface.e = static_cast<T>(restitution * exp_negative(normal_viscosity));
   surface.tau = static_cast<T>(exp_negative(viscosity));
   surface.mu = static_cast<T>(std::min(friction, static_cast<double>(limits.max())));
-  // A surface that leaves no tangential velocity holds a resting particle, too.
+  // A surface that leaves no tangential velocity also holds a resting particle.
   if (surface.tau <= 0) surface.mu = limits.max();
   surface.hold = std::max(surface.mu, 8 * limits.epsilon());
 }
@@ -172,7 +172,7 @@ Sphere carried(Sphere sphere, const MovedPose& pose) noexcept {
   return sphere;
 }
 
-// A contact as the surface's part of it is: the box whose inside is six planes is one of them.
+// Calls the visitor with one part of a contact: a plane of a box with particles inside, otherwise the contact itself.
 template <class Visitor>
 void visit_part(const Contact& contact, std::size_t part, const Visitor& visitor) noexcept {
   const auto* box = std::get_if<OrientedBox>(&contact);
@@ -212,7 +212,7 @@ void add_shape(ShapeMemory<T>& memory, const TriangleMesh& mesh) {
   solid.steepness = static_cast<T>(grid.steepness);
   double radius = 0;
   for (const Vec3& vertex : mesh.vertices) radius = std::max(radius, distance(vertex, grid.center));
-  memory.radius = bound<T>(radius + mesh.thickness + 2 * grid.cell);  // what lies between nodes may be off by their cell
+  memory.radius = bound<T>(radius + mesh.thickness + 2 * grid.cell);  // between nodes, distances may be off by a cell
 }
 
 template <class C>

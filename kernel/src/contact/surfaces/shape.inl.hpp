@@ -1,5 +1,4 @@
-// Bodies with a signed distance, wide. Formulas only: where they come from stands in shape.hpp, their scalar twin in
-// shape_reference.hpp.
+// Bodies with a signed distance, wide. shape.hpp derives the formulas; the scalar twin is shape_reference.hpp.
 #pragma once
 
 #include <cstddef>
@@ -44,7 +43,7 @@ template <class V, Arithmetic arithmetic>
   const V length = square_root(dot<arithmetic>(r, r));
   const Mask<V> has_direction = length > zero;
   const V scale = quotient<V>(V(T(1)), select<V>(has_direction, length, V(T(1))));
-  // On the line itself every direction across it is as good.
+  // On the line itself any direction across it will do: the second axis.
   return {select(has_direction, scale * r, three<V>(solid.axes[1])),
           length - multiply_add<arithmetic>(V(solid.slope), l, V(solid.middle_radius))};
 }
@@ -55,7 +54,7 @@ struct BodyTouch {
   V s;
 };
 
-// From the body's axes to the world's.
+// Turns a vector from the body's axes to the world's.
 template <class V, Arithmetic arithmetic>
 Three<V> from_body(const Solid<Scalar<V>>& solid, const Three<V>& n) noexcept {
   const Three<V> first = n[0] * three<V>(solid.axes[0]);
@@ -121,12 +120,12 @@ template <class V>
 struct Sampled {
   V phi;
   Three<V> slope;
-  Mask<V> is_beyond;  // the grid
+  Mask<V> is_beyond;  // outside the grid
 };
 
 template <class V>
 struct Corners {
-  V at[8];  // of a lane's cell: x fastest
+  V at[8];  // of a lane's cell, x fastest
 };
 
 template <class V>
@@ -147,7 +146,7 @@ Corners<V> corners_of(const Solid<Scalar<V>>& solid, const Three<V>& cell) noexc
   return corners;
 }
 
-// The whole part of numbers from 0 to most.
+// Returns the integer parts of numbers >= 0, at most `most`.
 template <class V>
 V whole_part(V u, std::uint32_t most) noexcept {
   using T = Scalar<V>;
@@ -160,7 +159,7 @@ V whole_part(V u, std::uint32_t most) noexcept {
   return load_lanes<V>(lanes);
 }
 
-// y: in the body's axes, from its center.
+// y: a position in the body's axes, from its center.
 template <class V, Arithmetic arithmetic>
 [[gnu::noinline]] Sampled<V> sample(const Solid<Scalar<V>>& solid, const Three<V>& y) noexcept {
   using T = Scalar<V>;
@@ -170,7 +169,7 @@ template <class V, Arithmetic arithmetic>
   for (std::size_t k = 0; k < 3; ++k) {
     const V u = V(solid.inverse_cell) * (y[k] - V(solid.low[k]));
     const V last(static_cast<T>(solid.nodes[k] - 1));
-    const V within = select<V>(u > zero, select<V>(u < last, u, last), zero);  // of NaN 0
+    const V within = select<V>(u > zero, select<V>(u < last, u, last), zero);  // 0 for NaN
     cell[k] = whole_part(within, solid.nodes[k] - 2);
     part[k] = within - cell[k];
     is_beyond = is_beyond | (u < zero) | (u > last);
@@ -209,7 +208,7 @@ template <class V, Arithmetic arithmetic>
   const V length = square_root(dot<arithmetic>(at.slope, at.slope));
   const Mask<V> has_direction = length > zero;
   const V scale = quotient<V>(one, select<V>(has_direction, length, one));
-  // Where the slope vanishes every direction is as good: the second axis.
+  // Where the slope vanishes any direction will do: the second axis.
   const Three<V> n = {{scale * at.slope[0], select<V>(has_direction, scale * at.slope[1], one), scale * at.slope[2]}};
   const V first = quotient<V>(at.phi, select<V>(at.is_beyond, one, select<V>(length < half, half, length)));
   V s = first;
@@ -234,16 +233,16 @@ Touch<V> touch_solid(const Surface<Scalar<V>>& surface, const Three<V>& x) noexc
     case Shape::mesh:
       return touch_mesh<V, arithmetic>(surface, x);
     case Shape::convex:
-    case Shape::plane:  // these two are no bodies
+    case Shape::plane:  // planes and spheres are no bodies
     case Shape::sphere:
       break;
   }
   return touch_convex<V, arithmetic>(surface, x);
 }
 
-// ---------------------------------------------------------------------------------- may it touch
+// ---------------------------------------------------------------------------------- touch test
 
-// Whether the box about a trajectory overlaps the box about what the surface's radius bounds.
+// Whether the box about a trajectory overlaps the box about the surface's bounding ball.
 template <class V>
 Mask<V> overlaps(const Surface<Scalar<V>>& surface, const Trajectory<V>& m, const Three<V>& middle) noexcept {
   Mask<V> near(true);
@@ -259,7 +258,7 @@ Mask<V> overlaps(const Surface<Scalar<V>>& surface, const Trajectory<V>& m, cons
   return near;
 }
 
-// Nothing is nearer than phi/L, and no point of the path further from its start than its corners are.
+// The surface is no nearer than phi/L, and the path goes no further from its start than its corners do.
 template <class V, Arithmetic arithmetic>
 [[gnu::noinline]] Mask<V> may_touch_mesh(const Surface<Scalar<V>>& surface, const Trajectory<V>& m,
                                          const Three<V>& middle) noexcept {
@@ -288,14 +287,14 @@ template <class V, Arithmetic arithmetic>
 
 // ---------------------------------------------------------------------------------- time of impact
 
-// Where a path comes to a body, from tangent plane to tangent plane.
+// Where a path reaches a body.
 template <class V>
 struct Approach {
   V f;
   Mask<V> arrives;
 };
 
-// at: the body from x0, the start of the path x0 + f (u + f a).
+// Steps from tangent plane to tangent plane. at: the body as seen from x0, the start of the path x0 + f (u + f a).
 template <class V, Arithmetic arithmetic>
 [[gnu::noinline]] Approach<V> approach(const Surface<Scalar<V>>& surface, const Three<V>& x0, const Three<V>& u,
                                        const Three<V>& a, Touch<V> at, V tolerance, Mask<V> lanes) noexcept {
@@ -318,7 +317,7 @@ template <class V, Arithmetic arithmetic>
   return found;
 }
 
-// The path x0 + f (u + f a) to where it goes into a mesh; start: the mesh from x0.
+// Follows the path x0 + f (u + f a) to where it enters a mesh. start: the mesh as seen from x0.
 template <class V, Arithmetic arithmetic>
 [[gnu::noinline]] Approach<V> march(const Surface<Scalar<V>>& surface, const Three<V>& x0, const Three<V>& u, const Three<V>& a,
                                     const Touch<V>& start, Mask<V> lanes) noexcept {

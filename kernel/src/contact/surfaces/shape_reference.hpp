@@ -1,5 +1,5 @@
-// Bodies with a signed distance, scalar: written by hand beside shape.inl.hpp, the same letters in the same order of
-// operations. Derivations and sources stand in shape.hpp.
+// Bodies with a signed distance, scalar: written by hand beside shape.inl.hpp, with the same letters and order of operations.
+// shape.hpp has derivations and sources.
 #pragma once
 
 #include <array>
@@ -131,10 +131,10 @@ template <class T>
 struct Sampled {
   T phi;
   Vector<T> slope;
-  bool is_beyond;  // the grid
+  bool is_beyond;  // outside the grid
 };
 
-// y: in the body's axes, from its center.
+// y: a position in the body's axes, from its center.
 template <Arithmetic arithmetic, class T>
 Sampled<T> sample(const Solid<T>& solid, const Vector<T>& y) noexcept {
   Vector<T> part, out;
@@ -205,16 +205,16 @@ Touch<T> touch_solid(const Surface<T>& surface, const Vector<T>& x) noexcept {
     case Shape::mesh:
       return touch_mesh<arithmetic>(surface, x);
     case Shape::convex:
-    case Shape::plane:  // these two are no bodies
+    case Shape::plane:  // planes and spheres are no bodies
     case Shape::sphere:
       break;
   }
   return touch_convex<arithmetic>(surface, x);
 }
 
-// ---------------------------------------------------------------------------------- may it touch
+// ---------------------------------------------------------------------------------- touch test
 
-// Whether the box about a trajectory overlaps the box about what the surface's radius bounds.
+// Whether the box about a trajectory overlaps the box about the surface's bounding ball.
 template <class T>
 bool overlaps(const Surface<T>& surface, const Particle<T>& p, const Vector<T>& middle) noexcept {
   for (std::size_t k = 0; k < 3; ++k) {
@@ -252,7 +252,7 @@ bool may_touch_solid(const Surface<T>& surface, const Particle<T>& p, const Vect
 
 // ---------------------------------------------------------------------------------- time of impact
 
-// Where a path comes to a body, if it does.
+// Returns where a path reaches a body, if it does. at: the body as seen from x0, the start of the path x0 + f (u + f a).
 template <Arithmetic arithmetic, class T>
 std::optional<T> approach(const Surface<T>& surface, const Vector<T>& x0, const Vector<T>& u, const Vector<T>& a, Touch<T> at,
                           T tolerance) noexcept {
@@ -274,7 +274,7 @@ std::optional<T> approach(const Surface<T>& surface, const Vector<T>& x0, const 
   return std::nullopt;
 }
 
-// The path x0 + f (u + f a) to where it goes into a mesh, if it does; start: the mesh from x0.
+// Follows the path x0 + f (u + f a) to where it enters a mesh, if it does. start: the mesh as seen from x0.
 template <Arithmetic arithmetic, class T>
 std::optional<T> march(const Surface<T>& surface, const Vector<T>& x0, const Vector<T>& u, const Vector<T>& a,
                        const Touch<T>& start) noexcept {
