@@ -1,4 +1,4 @@
-// How fast the springs of a scene can swing, and what each scheme takes of it.
+// The highest rates of a scene's springs, and the range of them in which each scheme is stable.
 #pragma once
 
 #include <cstddef>
@@ -24,7 +24,8 @@ namespace dvdx {
 
 // The damping's matrix is bounded in the same way: C_e = c n n^T <= c 1, everywhere.
 
-// The springs' rates by eigenvalues. They take a hundred steps' time: only where they are asked for, or save sub-steps.
+// The springs' rates by eigenvalues. They take the time of a hundred steps, so they are made only on request or to save
+// sub-steps.
 struct Frequencies {
   double start = 0;          // rad/s, at the start's positions
   double bound = 0;          // rad/s, anywhere
@@ -37,12 +38,12 @@ struct HighestRates {
   double frequency = 0, damping = 0;  // rad/s, 1/s
 };
 
-// Lower and upper limits of the bounds in `Frequencies`, from sums alone. For a grid they are the bounds.
+// Lower and upper limits of the bounds in `Frequencies`, from sums alone. For a grid both are the bounds themselves.
 struct RateBounds {
   HighestRates least, most;
 };
 RateBounds rate_bounds(const GridRates& grid);
-// The bounds of a sheet, from what its rows say.
+// The bounds of a sheet, from the largest values of its rows.
 HighestRates rates_of(const Grid& sheet, const SheetRates& all) noexcept;
 RateBounds rate_bounds(const ListRates& list);
 RateBounds rate_bounds(std::span<const JoinedPair> springs, std::span<const double> w);
@@ -55,8 +56,8 @@ bool are_isolated(std::span<const JoinedPair> springs, std::span<const double> w
 Frequencies frequencies(std::span<const JoinedPair> springs, const std::optional<HighestRates>& of_grids,
                         std::span<const double> w, std::span<const Vec3> start);
 
-// Largest stable frequency * sub-step and of the damping's rate * sub-step, z and q of any two modes: infinite where it
-// takes any.
+// The largest stable z = frequency * sub-step and q = damping's rate * sub-step, which may belong to any two modes. Infinite if
+// any value is stable.
 struct StableRange {
   double frequency = std::numeric_limits<double>::infinity(), damping = std::numeric_limits<double>::infinity();
   enum class Rule {
@@ -66,11 +67,11 @@ struct StableRange {
 };
 StableRange scheme_limit(const Coupling& coupling);
 
-// The same up to which the energy of linear springs stays within half and twice of what it is (leapfrog's swings by
-// 1/(1 - z^2/4), without bound towards the limit), and what damps most loses a quarter of its speed at least in a sub-step.
+// The range in which the energy of linear springs stays between half and twice its value, and the most damped mode loses at
+// least a quarter of its speed in a sub-step. (leapfrog's energy swings by 1/(1 - z^2/4), without bound towards the limit.)
 StableRange bounded_energy_limit(const Coupling& coupling);
 
-// Sub-steps of a step h that keep both within such a range, and which of the two asks for more of them.
+// The number of sub-steps of a step h that keeps both within the range, and which of the two asks for more of them.
 int substeps_for(const StableRange& range, double h, const HighestRates& rates);
 enum class LimitedBy { frequency, damping };
 LimitedBy limited_by(const StableRange& range, double h, const HighestRates& rates);
