@@ -1,5 +1,5 @@
-// How the springs of a list lie while they are swept: in ranges, by colour. First those within each piece of the particles;
-// then those that lead from piece to piece, in colours of their own.
+// The layout of a list's springs while they are swept: in ranges, by colour. First come the springs within each piece of the
+// particles, then those that lead from piece to piece, in colours of their own.
 #pragma once
 
 #include <algorithm>

@@ -23,8 +23,8 @@ class ColoursForm : public SweepForm<T> {
   // The form refers to `columns`, which must live as long.
   ColoursForm(const NetworkInput& in, Columns<T>& columns);
 
-  // Outermost what leads from piece to piece. Each piece goes through both sweeps while it is in cache: springs of different
-  // pieces do not meet. its: the terms, or those of the start, in a workspace.
+  // The springs between pieces are swept first and last. Each piece goes through both sweeps while it is in cache, as springs
+  // of different pieces share no particle. its: the terms, or those of the start, in a workspace.
   void sweep(SweepStep<T>& step, const SweepTerms<T>& its) const noexcept;
   [[nodiscard]] SweepRoom sweep_room(bool may_share_work) const noexcept;
   [[nodiscard]] bool has_lines() const noexcept { return !lines_.empty(); }
@@ -41,7 +41,7 @@ class ColoursForm : public SweepForm<T> {
 
  private:
   static constexpr std::size_t set_size = coefficient_sets * slice;
-  // The source of the coefficients of 16 springs; a lane without a spring, and one with a torn spring, has k = c = 0.
+  // The source of the coefficients of 16 springs. A lane with no spring, or with a torn one, has k = c = 0.
   struct Source {
     std::array<double, slice> k{}, c{}, w_a{}, w_b{};
     bool operator==(const Source&) const = default;
@@ -49,7 +49,7 @@ class ColoursForm : public SweepForm<T> {
   struct Edits {
     static constexpr std::uint32_t nowhere = 0xffffffff;
     std::vector<std::uint32_t> lane_of;  // of each spring, or nowhere: between fixed ends
-    // There are as many sets as groups of 16 springs: one that shares its set finds one that is free.
+    // There are as many sets as groups of 16 springs, so that a group that leaves a shared set finds a free one.
     std::vector<std::uint32_t> set_of, users, free;
     std::vector<Source> sources;
     std::vector<std::uint8_t> is_made;  // of each set, while all are made again

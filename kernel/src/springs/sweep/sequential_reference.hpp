@@ -20,7 +20,7 @@ struct Ends {
   Vector<T> line_force{};  // where it is redirected
 };
 
-// By what a spring at d moves its ends, if the force that its line gave it leads along the spring then.
+// Returns the force that moves the ends of a spring at d when its line's force is redirected along it.
 template <Arithmetic arithmetic, class T>
 Vector<T> redirected(const Compliance<T>& spring, const Ends<T>& ends, const Vector<T>& d, T y, T lambda, T t) noexcept {
   const T turned = (T(0) - lambda) * y * (spring.w_a + spring.w_b);

@@ -21,8 +21,9 @@ class StrandsForm : public SweepForm<T> {
   StrandsForm(const NetworkInput& in, const Grid& grid, std::size_t sheet_rows, const T* w, Columns<T>& columns);
   StrandsForm(const NetworkInput& in, const ListSheet& sheet, Columns<T>& columns);
 
-  // Bands of even number first: none of them shares a particle with another. Backwards in just the opposite order, so that each
-  // band of odd number goes through both sweeps while it is in cache. its: the terms, or those of the start, in a workspace.
+  // Bands of even number come first: no two of them share a particle. The backward sweep has just the opposite order, so that
+  // each band of odd number goes through both sweeps while it is in cache. its: the terms, or those of the start, in a
+  // workspace.
   void sweep(SweepStep<T>& step, const SweepTerms<T>& its) const noexcept;
   [[nodiscard]] std::size_t sheets() const noexcept { return sheets_.size() - 1; }
   [[nodiscard]] SweepRoom sweep_room(bool may_share_work) const noexcept;
@@ -42,7 +43,7 @@ class StrandsForm : public SweepForm<T> {
   [[nodiscard]] std::size_t bytes() const noexcept;
 
  private:
-  // The source of a lane's coefficients: all 0 where it holds no spring, k and c where that is torn. Such a lane moves nothing.
+  // The source of a lane's coefficients: all 0 if it has no spring, k and c 0 if that is torn. Such a lane moves nothing.
   struct LaneSource {
     double k = 0, c = 0;  // N/m, kg/s
     double w = 0;         // 1/kg of both ends, each as T holds it
