@@ -14,7 +14,7 @@
 #include "topology/particle_order.hpp"
 
 //   M x'' = -K x - C x',  K = sum_e K_e over the springs, K_e = k (n n^T + (1 - l/r)(1 - n n^T)) between its ends.
-// K_e <= k 1 in every direction while r >= l/2, so that whatever the positions are
+// K_e <= k 1 in every direction while r >= l/2. Whatever the positions are, it follows that
 //   lambda(M^-1 K) <= lambda of the same springs with k 1 in place of K_e        (one number a particle)
 //                  <= max over springs of (w_a S_a + w_b S_b),  S the sum of the k at an end
 // (the second from the rows of K^1/2 B^T W B K^1/2; Anderson and Morley 1985 for equal weights). A grid's first bound is at
@@ -52,7 +52,7 @@ HighestRates highest_rates(std::span<const JoinedPair> springs, std::span<const 
 // Whether no movable particle has two springs.
 bool are_isolated(std::span<const JoinedPair> springs, std::span<const double> w);
 
-// w: 1/kg of each particle, 0 where fixed. of_grids: the bounds, where they are known.
+// w: 1/kg of each particle, 0 where fixed. of_grids: the bounds, if they are known.
 Frequencies frequencies(std::span<const JoinedPair> springs, const std::optional<HighestRates>& of_grids,
                         std::span<const double> w, std::span<const Vec3> start);
 
@@ -76,7 +76,7 @@ int substeps_for(const StableRange& range, double h, const HighestRates& rates);
 enum class LimitedBy { frequency, damping };
 LimitedBy limited_by(const StableRange& range, double h, const HighestRates& rates);
 
-// The splitting of a scheme: flows over a[0] h, a[1] h, ... with a pulse b[k] h after each but the last. Where springs damp a
+// The splitting of a scheme: flows over a[0] h, a[1] h, ... with a pulse b[k] h after each but the last. If springs damp, a
 // pulse takes the damping into account to second order, or with beta[k] h^3 to third.
 struct Splitting {
   std::vector<double> a, b, beta;

@@ -82,7 +82,7 @@ class ListRates {
   std::vector<std::uint32_t> source_;
   std::vector<std::uint32_t> met_;  // the end b of each spring, or nobody if it is torn
   bool is_damped_ = false, has_zero_length_ = false;
-  std::vector<std::uint32_t> first_of_;  // of each particle: the first spring of which it is the end a; and one more
+  std::vector<std::uint32_t> first_of_;  // of each particle: the first spring whose end a it is; and one more
   std::vector<std::uint32_t> first_at_, at_;
   std::vector<std::uint32_t> whole_at_;  // the number of whole springs at each particle
   std::vector<double> sum_of_;           // of n equal springs, by n

@@ -44,7 +44,7 @@ struct InverseRoot<double> {
 // from one axis to the next is the same in x, v, origin and shift.
 template <class T>
 struct WorkColumns {
-  std::array<T*, 3> x{};             // m, from `origin` where there is one
+  std::array<T*, 3> x{};             // m, from `origin` if there is one
   std::array<T*, 3> v{};             // m/s
   std::array<T*, 3> v_next{};        // v after a pulse that damps, apart from v, as the pulse reads the neighbours' v
   std::array<T*, 3> a0{};            // m/s^2: M^-1 F(x, v) of all springs, where some damp
@@ -95,7 +95,7 @@ inline constexpr std::size_t grid_directions = 6;
 // anywhere. A particle's neighbours come in the order of their numbers.
 struct Slot {
   std::int32_t offset = 0;    // of the neighbour's number
-  std::int32_t indices = -1;  // or where its slice of the indices begins
+  std::int32_t indices = -1;  // or the first of its slice of the indices
 };
 
 template <class T>

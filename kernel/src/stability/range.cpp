@@ -425,7 +425,7 @@ std::optional<Error> check_range(const Contact& contact, std::size_t index, cons
   return check.error;
 }
 
-// Speeds are compared by their squares, and multiplied with an area's.
+// The air's pulses compare the square of a speed, multiplied by the square of an area.
 template <class T>
 std::optional<Error> check_range(const Wind& wind) {
   constexpr double most = sizeof(T) == 4 ? 1e9 : 1e70;

@@ -30,9 +30,9 @@
 // without end (3 to 20 springs, 1500 to 40000 times: 8 to 55 times as long within 10 s), and sweeps alone are the bound. Sheets
 // redirect the forces of their lines (springs/sweep/spring_lines.cpp), and come to rest up to 7.
 //
-// tau comes from statics. Each particle has one number, its distance from what holds it, and the load goes to what holds the
-// net along falling distance. By the principle of least work every other way of the load gives more, so the estimate is high
-// rather than low. The net also flies g (s/2)^2/2 down between two pulses, and hangs too low by this when the sub-step ends.
+// tau comes from statics. Each particle has one number, its distance from the particle that holds it. The load goes to the
+// held particles along falling distance. By the principle of least work every other way of the load gives more, so the estimate
+// is high rather than low. The net also flies g (s/2)^2/2 down between two pulses, and hangs too low by this at a sub-step's end.
 // A net hangs lowest at its end: there a rope under its own weight hangs 3/2 of the mean over its loads, and so does a sheet.
 
 namespace dvdx {

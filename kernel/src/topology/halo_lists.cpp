@@ -35,7 +35,7 @@ class SharedTriangles {
   }
 
  private:
-  std::vector<std::vector<std::uint32_t>> near_;  // empty where nothing meets air
+  std::vector<std::vector<std::uint32_t>> near_;  // empty if nothing meets air
 };
 
 OwnRows own_rows(const Owned& whole, std::uint32_t part) {

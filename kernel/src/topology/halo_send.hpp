@@ -9,7 +9,7 @@
 
 namespace dvdx {
 
-// element: where each of the part's particles stands in the columns.
+// element: of each of the part's particles, its element of the columns.
 template <class T>
 HaloColumns halo_of(const std::array<T*, 3>& columns, const std::uint32_t* element) noexcept {
   return {{columns[0], columns[1], columns[2]}, sizeof(T), element};

@@ -57,7 +57,7 @@ class TornSprings {
   [[nodiscard]] bool find_from(std::size_t first, std::size_t end) const noexcept;
 
   std::vector<Pair> ends_;                // each ascending, and so is the list
-  std::vector<std::uint8_t> has_any_at_;  // of each particle; empty where nothing is torn
+  std::vector<std::uint8_t> has_any_at_;  // of each particle; empty if nothing is torn
 };
 
 }  // namespace dvdx

@@ -16,7 +16,7 @@ namespace dvdx {
 struct ListSheet {
   std::size_t rows = 0, columns = 0;
   std::size_t reach = 1;               // rows and columns that a spring leads across: 1, or with bends 2
-  std::vector<std::uint32_t> place{};  // of each particle, row by row; empty where they stand as they are numbered
+  std::vector<std::uint32_t> place{};  // of each particle, row by row; empty if they stand as they are numbered
   [[nodiscard]] std::size_t phases() const noexcept { return 2 * reach; }
   [[nodiscard]] std::size_t place_of(std::size_t particle) const noexcept { return place.empty() ? particle : place[particle]; }
   bool operator==(const ListSheet&) const = default;

@@ -52,7 +52,7 @@ std::optional<Error> refused_in_rows(const Owned& whole, std::size_t rows) {
   return refused;
 }
 
-// Refuses owners that split what sweeps go through at once: only with all of it a part sweeps in the whole's order.
+// Refuses owners that split a unit of the sweeps: only with whole pieces, rows or sheets a part sweeps in the whole's order.
 std::optional<Error> refused_owners(const Owned& whole) {
   if (!is_swept(whole.scene)) return std::nullopt;
   if (whole.has_pieces) return refused_in_pieces(whole);

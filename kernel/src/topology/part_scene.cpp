@@ -47,7 +47,7 @@ std::vector<Triangle> taken(const std::vector<Triangle>& whole, const Renumbered
   return triangles;
 }
 
-// The springs that a part takes: those that reach a particle of its own, or for a list in swept rows all between its rows.
+// The springs that a part takes: those that reach a particle of its own, or, for a list in swept rows, all between its rows.
 enum class Taken : std::uint8_t { own, all };
 
 Springs taken(const Springs& whole, const Renumbered& renumbered, Taken which) {
@@ -108,7 +108,7 @@ std::vector<Network> sheets_of(const Scene& whole, const Renumbered& renumbered)
   return sheets;
 }
 
-// The particles of a skin that the part holds, and what belongs to each.
+// Returns the skin of those of its particles that the part holds, with the values of each.
 Skin taken(const Skin& whole, const Renumbered& renumbered) {
   Skin skin{.particles = {}, .backstop = whole.backstop, .motion = whole.motion};
   std::vector<std::uint32_t> kept;

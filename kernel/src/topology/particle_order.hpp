@@ -67,7 +67,7 @@ struct SheetStack {
   Grid grid;
   std::size_t sheet_rows;
 };
-// The one sheet that a scene is stepped as, if it is: its own, or a stack of its sheets.
+// The one sheet as which a scene is stepped, if any: its own, or a stack of its sheets.
 class SteppedGrid {
  public:
   // elsewhere: what a part is told of the whole. A part steps a stack's springs as a list, except in sweeps.
@@ -98,7 +98,7 @@ struct ParticleSpan {
 struct ParticleOrder {
   std::size_t size = 0;                  // elements of a working column, a multiple of 16
   std::vector<ParticleSpan> spans;       // in the order of the elements
-  std::vector<std::uint32_t> particles;  // the list; empty where particles stand as they are numbered
+  std::vector<std::uint32_t> particles;  // the list; empty if particles stand as they are numbered
   std::vector<std::uint32_t> of;         // element of each particle
   std::size_t phases = 1, pitch = 0;     // of a sheet: lines a row, elements a line
   std::vector<std::size_t> pieces;       // of a list in sweeps: first element of each, a multiple of 16, and one more
@@ -135,7 +135,7 @@ std::vector<std::ptrdiff_t> grid_neighbours(const Scene& scene);
 // Returns `count`, rounded up to whole slices.
 [[nodiscard]] std::size_t filled(std::size_t count) noexcept;
 
-// The order of a sheet. place: of each particle, row by row; empty where they stand as they are numbered.
+// The order of a sheet. place: of each particle, row by row; empty if they stand as they are numbered.
 ParticleOrder rows_order(std::size_t rows, std::size_t columns, std::size_t phases, std::span<const std::uint32_t> place = {});
 // The order of the particles' numbers.
 ParticleOrder own_order(std::size_t count);

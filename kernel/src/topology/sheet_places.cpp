@@ -45,7 +45,7 @@ class SheetShape {
     return static_cast<std::size_t>(
         std::count_if(offsets_.begin(), offsets_.end(), [](const StencilOffset& offset) { return offset.right >= 0; }));
   }
-  // The number of springs that lead to a place, in rows of so many columns.
+  // The number of springs that lead to a place of a sheet with so many columns.
   [[nodiscard]] std::size_t leading_to(std::size_t row, std::size_t column, std::size_t columns) const noexcept {
     const auto r = static_cast<std::ptrdiff_t>(row), c = static_cast<std::ptrdiff_t>(column);
     return static_cast<std::size_t>(std::count_if(offsets_.begin(), offsets_.end(), [&](const StencilOffset& offset) {

@@ -56,7 +56,7 @@ class Topology {
   ParticleOrder order_;
 };
 
-// A scene's springs, in the form from which all else is made. It points into the scene.
+// A scene's springs, in the form from which everything else is made. It points into the scene.
 struct JoinedScene {
   // kept: the topology before a change, or null. start: the particles' positions.
   JoinedScene(const Scene& scene, std::span<const Vec3> start, std::span<const JoinedPair> constrained = {},

@@ -36,13 +36,13 @@ class Whole {
   const Scene& scene;
   JoinedScene joined;
   std::optional<Grid> rows;              // that parts have whole: of the scene's sheet, or of a list that is swept as one
-  std::size_t stacked = 0;               // particles of each of several sheets that are swept side by side; else 0
+  std::size_t stacked = 0;               // particles of each of several sheets that are swept side by side; otherwise 0
   bool has_pieces = false;               // whether sweeps walk pieces
-  std::vector<std::uint32_t> colour_of;  // of springs, where there are pieces
+  std::vector<std::uint32_t> colour_of;  // of springs, if there are pieces
   std::uint32_t colours = 0;
 
  private:
-  std::vector<std::uint32_t> at_;  // empty where particles stand as they are numbered
+  std::vector<std::uint32_t> at_;  // empty if particles stand as they are numbered
 };
 
 // A scene and the owner of each of its particles.

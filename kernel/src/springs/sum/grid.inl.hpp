@@ -11,7 +11,7 @@ namespace {
 
 // Which springs a grid has besides those between neighbours of a row or a column.
 enum class Stencil : std::uint8_t { plain, shear, bend, shear_bend };
-// The quantity that a walk over the springs takes from them, and leaves at each particle.
+// The result that a walk over the springs leaves at each particle.
 enum class Walk : std::uint8_t { kick, acceleration, damping };
 
 constexpr bool has_shear(Stencil stencil) noexcept { return stencil == Stencil::shear || stencil == Stencil::shear_bend; }
@@ -49,7 +49,7 @@ class GridStripe {
  private:
   enum class Row { above, own };
 
-  // Springs from the current register, by where they lead.
+  // Forces of the springs from the current register, by direction.
   struct Forces {
     Three<V> right, right2, left_below, below, right_below, below2;
   };
@@ -80,7 +80,7 @@ class GridStripe {
 
   [[gnu::always_inline]] Forces pull_all(std::size_t row, std::size_t column) const noexcept {
     const Ends x = load_ends(work_.x, row, column);
-    Ends v = x;  // not read where nothing damps
+    Ends v = x;  // not read without damping
     if constexpr (walk == Walk::acceleration) v = load_ends(work_.v, row, column);
     if constexpr (walk == Walk::damping) v = load_ends(pass_.of, row, column);
     const GridFamilies<T>& f = grid_.along;

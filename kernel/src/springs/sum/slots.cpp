@@ -14,7 +14,7 @@ constexpr SlotLanes no_neighbours = [] {
   return lanes;
 }();
 
-// The neighbours of each particle that can move, or whose neighbour can.
+// Finds the neighbours of each particle that can move, or whose neighbour can.
 void find_neighbours(const NetworkInput& in, Slots& found) {
   const auto for_each_end = [&](const auto& use) {
     for (std::size_t s = 0; s < in.springs.size(); ++s) {

@@ -102,7 +102,7 @@ class Kinds {
   std::map<std::pair<double, double>, std::size_t> kinds_;
 };
 
-// The number of springs in a task of those that lead from piece to piece.
+// The number of springs between pieces in one task.
 constexpr std::size_t springs_per_task = 4096;
 
 // Springs of each piece by colour, and those between pieces; those between two fixed ends are left out.

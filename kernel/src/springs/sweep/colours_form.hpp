@@ -62,7 +62,7 @@ class ColoursForm : public SweepForm<T> {
   void read_lane(const NetworkInput& in, std::size_t spring, std::size_t lane, Source& source) const noexcept;
   [[nodiscard]] Source source_of(const NetworkInput& in, std::size_t group) const noexcept;
   static void write(const Implicitness& of, const Source& source, T* set) noexcept;
-  // The sets of coefficients of all springs, equal ones once; places: where those of each 16 springs are.
+  // Returns the sets of coefficients of all springs, equal ones once. places: the position of the sets of each 16 springs.
   [[nodiscard]] const T* sets_by(const NetworkInput& in, const Implicitness& of, std::vector<std::uint32_t>& places,
                                  Columns<T>& columns) const;
   void copy_group(std::size_t group) noexcept;
@@ -72,7 +72,7 @@ class ColoursForm : public SweepForm<T> {
   void fill_records(SweepStep<T>& step, const SweepTerms<T>& its) const noexcept;
 
   ColourLayout layout_;
-  std::vector<std::uint32_t> coefficients_of_, coefficients_of_start_;  // what the terms point to
+  std::vector<std::uint32_t> coefficients_of_, coefficients_of_start_;  // the terms point to these
   ListLines lines_;                                                     // empty where the sweeps have none
   std::optional<Edits> edits_;
 };

@@ -157,7 +157,7 @@ class RangeSweep {
     ends.d = apart + moved;
     const Three<V> d = axes_of(ends.d);
     ends.r2 = dot<arithmetic>(d, d);
-    ends.path = ends.r2;  // not read where nothing damps
+    ends.path = ends.r2;  // not read without damping
     if constexpr (damping == Damping::along) ends.path = dot<arithmetic>(axes_of(path_of<layout>(s, moved)), d);
     return ends;
   }

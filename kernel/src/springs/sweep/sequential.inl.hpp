@@ -99,7 +99,7 @@ class MadeEach {
       : kappa_(sweep.kappa), eta_(sweep.eta), l_(sweep.l) {}
   [[gnu::always_inline]] Spring<V> at(std::size_t s, V inverse) const noexcept {
     const V kappa = load_lanes<V>(kappa_ + s);
-    V eta = kappa;  // not read where nothing damps
+    V eta = kappa;  // not read without damping
     if constexpr (damping == Damping::along) eta = load_lanes<V>(eta_ + s);
     return {kappa, eta, load_lanes<V>(l_ + s), inverse};
   }

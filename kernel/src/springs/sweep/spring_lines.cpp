@@ -34,13 +34,13 @@
 // the line as y is, with the same elimination at c = 1. With q_j the impulses of a spring on its ends besides y_j u_j,
 //   (1 + gamma_j (w_j + w_(j+1))) q_j - gamma_j w_j q_(j-1) - gamma_j w_(j+1) q_(j+1)
 //     = gamma_j (w_j y_(j-1) (u_(j-1) - c_j u_j) + w_(j+1) y_(j+1) (u_(j+1) - c_(j+1) u_j))
-// A spring's force then leads where the turned spring leads. If gamma_j (w_j + w_(j+1)) is not above least_turning, gamma_j is
+// A spring's force then points along the turned spring. If gamma_j (w_j + w_(j+1)) is not above least_turning, gamma_j is
 // taken as 0: springs that are stable at fixed directions cost nothing more.
 //
-// The force of a line's spring leads where the spring leads when the line is solved. Lines of other families then move its
-// particles across it, by up to gamma w times as much as they are off: a sheet that falls into place from flat swings about its
-// corners for ever. So if a sheet's springs turn far under their load, the force that lines gave a spring, y u + q in all of
-// their solves, is kept as a vector f. The spring's backward visit redirects it: with u the direction then, f - (f.u) u is
+// The force of a line's spring points along the spring at the time when the line is solved. Lines of other families then move
+// its particles across it, by up to gamma w times as much as they are off: a sheet that falls into place from flat swings about
+// its corners for ever. So if a sheet's springs turn far under their load, the force that lines gave a spring, y u + q in all
+// of their solves, is kept as a vector f. The spring's backward visit redirects it: with u the direction then, f - (f.u) u is
 // taken away, eased as one spring's turn is, by 1 / (1 + gamma (w_a + w_b)). To first order force and spring are parallel after
 // the visit. A pressed spring's f is redirected too if it would turn the spring by less than half of its offset. Beyond that
 // the spring buckles, and an f that follows it gives energy (8 of 224 random sheets gained up to two of their weight times

@@ -237,8 +237,8 @@ class LineSolve {
   const SweepTerms<T>& sweep_;
   LinesInLanes<V> source_;
   T* room_;
-  LineParticle<V> a_;  // where the next spring begins
-  Three<V> u_, q_;     // of the spring before; on the way back, its force, and what turning adds to it
+  LineParticle<V> a_;  // the first particle of the next spring
+  Three<V> u_, q_;     // of the spring before; on the way back, its force, and the turn's share of it
   V r_, kw_, E_;       // of the spring before
   bool any_is_tense_ = false;
 };

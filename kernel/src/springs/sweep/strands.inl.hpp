@@ -68,7 +68,7 @@ class TurnSweep {
     const Three<V> moved = ends.shift_b - ends.shift_a;
     ends.d = apart + moved;
     ends.r2 = dot<arithmetic>(ends.d, ends.d);
-    ends.path = ends.r2;  // not read where nothing damps
+    ends.path = ends.r2;  // not read without damping
     if constexpr (damping == Damping::along) {
       const Three<V> u = load_three<V>(v_ + at.b, pitch_) - load_three<V>(v_ + at.a, pitch_);
       ends.path = dot<arithmetic>(multiply_add<arithmetic>(h_, u, moved), ends.d);

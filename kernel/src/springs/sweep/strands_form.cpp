@@ -99,7 +99,7 @@ void StrandsForm<T>::add_strands(const ParticleOrder& order, std::size_t columns
                         .turn = number});
     springs_ += (static_cast<std::size_t>(count) + slice - 1) / slice * slice;
   };
-  // Along a row phases that are `right` apart take turns; down the columns rows that are `down` apart do.
+  // Along a row, phases `right` apart take turns. Down the columns, rows `down` apart do.
   const std::size_t turns = 2;
   for (std::size_t turn = 0; turn < turns; ++turn) {
     ++number;
