@@ -32,8 +32,9 @@
 //
 // tau comes from statics. Each particle has one number, its distance from the particle that holds it. The load goes to the
 // held particles along falling distance. By the principle of least work every other way of the load gives more, so the estimate
-// is high rather than low. The net also flies g (s/2)^2/2 down between two pulses, and hangs too low by this at a sub-step's end.
-// A net hangs lowest at its end: there a rope under its own weight hangs 3/2 of the mean over its loads, and so does a sheet.
+// is high rather than low. The net also flies g (s/2)^2/2 down between two pulses, and hangs too low by this at the end of a
+// sub-step. A net hangs lowest at its end: there a rope under its own weight hangs 3/2 of the mean over its loads, and so does
+// a sheet.
 
 namespace dvdx {
 namespace {

@@ -123,8 +123,8 @@ void lay_out_in_runs(ParticleOrder& order, std::size_t count) {
   }
 }
 
-// Halves the particles until they fit a piece, each time across their longest way. A walk, breadth first, starts where another
-// walk ended. Its nearer half is cut off.
+// Halves the particles until they fit a piece, each time across their longest way. A breadth-first walk starts where another
+// walk ended, and its nearer half is split off.
 class Bisection {
  public:
   Bisection(std::span<const JoinedPair> springs, std::size_t count)

@@ -141,7 +141,7 @@ ParticleOrder rows_order(std::size_t rows, std::size_t columns, std::size_t phas
 ParticleOrder own_order(std::size_t count);
 // An order that keeps neighbours near: the particles' own if it does, otherwise reverse Cuthill-McKee.
 ParticleOrder graph_order(std::span<const JoinedPair> springs, std::size_t count);
-// The order of a part's own pieces, each of which ends before particle piece_ends[n]. The others' particles follow.
+// The order of a part's own pieces. Piece n ends before particle piece_ends[n]. The particles of other parts follow.
 ParticleOrder part_order(std::span<const std::uint32_t> piece_ends, std::size_t count);
 // An order in pieces of neighbours that few springs lead out of.
 ParticleOrder pieces_order(std::span<const JoinedPair> springs, std::size_t count);

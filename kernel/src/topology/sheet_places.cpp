@@ -10,10 +10,10 @@
 #include "topology/neighbours.hpp"
 
 // The number of columns of a sheet follows from its shape, particles and springs. A corner, and the particles to the right of
-// it and below, then decide all others. Each next place is taken by a neighbour of the particle before (in the first row) or
-// above. The neighbours of this one that already have a place must stand just where springs that lead to the place begin. If
-// several particles fit, the one of fewest neighbours takes the place, nearest to the sheet's edge. Nothing is taken back. So
-// what is found is a sheet, and a sheet may not be found.
+// it and below, then decide all others. The candidates for the next place are the neighbours of the particle before (in the
+// first row) or above. A candidate fits if those of its neighbours that have a place stand just where springs that lead to the
+// next place begin. If several fit, the one of fewest neighbours takes the place, nearest to the sheet's edge. Nothing is taken
+// back. So anything found is a sheet, but a sheet may not be found.
 
 namespace dvdx {
 namespace {

@@ -48,8 +48,8 @@
 // swinging if f is redirected only where it is near the spring, or only under tension. They explode from sides of 48 on if f is
 // taken back and the spring is solved anew.
 //
-// Sheets take the families V H D D' D H V, the second diagonals thus once. All others take all of theirs to and fro, so that no
-// line's bits depend on families that it does not touch.
+// Sheets take the families V H D D' D H V: the second diagonals come once. All others take all of theirs to and fro, so that
+// no line's bits depend on families that it does not touch.
 
 namespace dvdx {
 namespace {

@@ -16,7 +16,7 @@
 // the sweeps' error turns with the springs, which no linear network shows.
 //
 // Generalized alpha (Chung and Hulbert, J. Appl. Mech. 60 (1993) 371) is of second order. It damps motion that the sub-step
-// does not resolve, by rho a sub-step. a, b: the springs' accelerations at the sub-step's start and end, the ends of the mean.
+// does not resolve, by rho a sub-step. With a, b the springs' accelerations at the sub-step's start and end, and f their mean:
 //   alpha b + (1 - alpha) a = f(x_f, v_f)                    alpha = (2 - rho) / (1 + rho)
 //   v' = v + s ((1 - gamma) a + gamma b)                     gamma = (3 - rho) / (2 (1 + rho))
 //   x' = x + s v + s^2 ((1/2 - beta) a + beta b)             beta  = 1 / (1 + rho)^2
@@ -44,7 +44,7 @@
 //
 // A sub-step without an a to start from is a theta scheme with 0.7, in the same form: a = 0, T = theta^2 s_ref^2,
 // P = (theta - 1/2) s v, v += s b and x += (theta - 1/2) s^2 b. It gains energy in 2 of 420 runs if every sub-step is one. A
-// force made from the positions cannot replace a: the positions hold the error that the sweeps left, times k.
+// force made from the positions cannot replace a: it holds k times what the sweeps left unsolved.
 
 namespace dvdx {
 namespace {
