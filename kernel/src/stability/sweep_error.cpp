@@ -381,7 +381,7 @@ void SweptNet::find_span(const Link& link, const Ways& ways) {
   piece.span.load = std::min(ways.carried[a] + ways.carried[b], piece.load) * std::sqrt(std::max(0.0, 1 - along * along));
 }
 
-// Removes spans with a triangle of springs, which holds like a beam.
+// Removes the span of a piece that has a triangle of springs at one of its links: it holds like a beam.
 void SweptNet::leave_out_stiff_spans() {
   std::vector<std::pair<std::uint32_t, double>> near(w_.size(), {0xffffffff, 0});  // the end near to it, and how far it is
   for (const Link& link : links_) {

@@ -282,7 +282,7 @@ void ColoursForm<T>::solve_lines(const SweepStep<T>& step, const SweepTerms<T>& 
   }
 }
 
-// The records get the origins once a step, which stay the same throughout it.
+// from_origin is made once a step, as the origins stay the same throughout it.
 template <class T>
 void ColoursForm<T>::fill_records(SweepStep<T>& step, const SweepTerms<T>& its) const noexcept {
   if (!std::exchange(step.knows_origins, true) && step.work.origin[0] != nullptr) {

@@ -15,7 +15,7 @@ struct Spring {
   V kappa, eta, l, inverse;
 };
 
-// The values of a spring's two ends, Three or Records of V: their shifts, and d after these. path: the ends' path times d.
+// The values of a spring's two ends, Three or Records of V: their shifts, and d after these. path: the ends' path . d.
 template <class V, class Axes>
 struct Met {
   Axes shift_a, shift_b, d;

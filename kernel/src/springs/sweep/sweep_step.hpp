@@ -31,7 +31,7 @@ struct SweepStep {
   const Exchange& exchange;
   const ParallelFor& parallel;
   const Sheets& sheets;
-  bool knows_origins = false;  // whether the records hold this step's origins
+  bool knows_origins = false;  // whether from_origin is of this step's origins
 
   void begin_step() noexcept { knows_origins = false; }
   [[nodiscard]] bool is_symmetric() const noexcept { return order == SweepOrder::symmetric; }
