@@ -1,5 +1,6 @@
-// The springs of a network as a pass walks them: what every form offers. A form is a class of a file: grid_form, graph_form and
-// pairs_form of sum/, strands_form and colours_form of sweep/. A scene has one of them (springs/network_forms.hpp).
+// The interface of all forms. A form is the springs of a network as a pass walks them. Each is a class in a file of its own:
+// grid_form, graph_form and pairs_form of sum/, strands_form and colours_form of sweep/. A scene has one of them
+// (springs/network_forms.hpp).
 #pragma once
 
 #include <cstddef>
@@ -18,80 +19,80 @@
 
 namespace dvdx {
 
-// Elements before and after a working column: slots at one offset read so far beyond the particles.
+// Elements before and after a working column, which slots at one offset read beyond the particles.
 inline constexpr std::size_t column_margin = slice;
 
-// The input that a form is made of, and changed by.
+// The input from which a form is made and changed.
 struct NetworkInput {
   const Coupling& coupling;
-  std::span<const JoinedPair> springs;  // of a list, where a form is made
+  std::span<const JoinedPair> springs;  // of a list, when a form is made
   bool is_damped;                       // whether any spring is
   std::span<const double> w;            // 1/kg of each particle, 0 where fixed
   const ParticleOrder& order;
   SubstepLength substep;
   double rho;                         // of generalized alpha
   const SweptPart* sweeps = nullptr;  // of a part of a larger scene
-  std::span<const Vec3> start{};      // of the particles, where a form is made
-  const ListRates* rates = nullptr;   // the springs of a list, where a form is changed
+  std::span<const Vec3> start{};      // of the particles, when a form is made
+  const ListRates* rates = nullptr;   // the springs of a list, when a form is changed
 };
 
-// How a step comes by what springs do: a form has the functions that are named.
+// How springs act in a step. A form has the functions named here.
 enum class SpringsAct : std::uint8_t {
   in_pulses,     // kick, accelerate, damp
   in_pair_sums,  // sum: Brown's contributions, which the next flow adds
   in_sweeps,     // sweep
 };
 
-// The rates that tell whether a change in place leaves the sub-steps as they are.
+// Whether a form can be changed in place, and which rates then tell whether the sub-steps stay as they are.
 enum class Edited : std::uint8_t { never, by_row, by_spring };
 
-// Whether another sub-step leaves springs the coefficients that they are solved by.
+// Whether the springs' coefficients stay the same when the sub-step changes.
 enum class Solves : std::uint8_t { alike, anew };
 
-// Working memory of a form in sweeps.
+// Working memory of a form that sweeps.
 struct SweepRoom {
   std::size_t springs = 0;        // 0: no sweeps
   std::size_t records = 0;        // of particles, for sweeps over a list
   bool keeps_velocities = false;  // for sweeps over a list that damps
-  LineRooms lines{};              // for lines of springs, of all that are solved at once
-  bool redirects_lines = false;   // the forces that they give
+  LineRooms lines{};              // for lines of springs, as many as are solved at once
+  bool redirects_lines = false;   // the forces of lines
   bool operator==(const SweepRoom&) const = default;
 };
 
-// The functions of every form, where it has nothing to do in them: each hides those in which it has. Beside these it has act,
-// edited(), description() and a constructor from NetworkInput.
+// Functions of every form, which do nothing by default. A form hides those in which it has work to do. Besides these it has
+// act, edited(), description() and a constructor from NetworkInput.
 template <class T>
 struct FormBase {
-  static constexpr bool has_records = false;  // of particles, which parts of a larger scene tell each other
+  static constexpr bool has_records = false;  // of particles, which the parts of a larger scene send to each other
 
-  // ---- as it is stepped: units [from, to) of a pass are so many elements each
+  // ---- stepping: a pass takes units [from, to), each of unit() elements
   [[nodiscard]] std::size_t unit() const noexcept { return slice; }
-  [[nodiscard]] std::size_t sheets() const noexcept { return 1; }  // that share no spring, and may be stepped one by one
+  [[nodiscard]] std::size_t sheets() const noexcept { return 1; }  // sheets that share no spring, and may be stepped one by one
   [[nodiscard]] const GridTerms<T>* grid_terms() const noexcept { return nullptr; }
   [[nodiscard]] SweepRoom sweep_room(bool /*may_share_work*/) const noexcept { return {}; }
 
-  // ---- lines of springs between sweeps, and what their forces do in a sheet
+  // ---- lines of springs between sweeps, and how their forces act in a sheet
   [[nodiscard]] bool has_lines() const noexcept { return false; }
   [[nodiscard]] std::optional<LineForces> line_forces() const noexcept { return std::nullopt; }
   void set_line_forces(LineForces /*forces*/) noexcept {}
 
-  // ---- changes in place. The first two take memory, and leave the form as it is where they fail.
+  // ---- changes in place. The first two allocate. They leave the form as it is if that fails.
   void reserve_edits(const NetworkInput& /*in*/, const Memory& /*memory*/) {}
   void reserve_torn(std::size_t /*row*/, Columns<T>& /*columns*/) {}
-  // Whether another inverse mass of a particle leaves out the same springs: those between fixed ends.
+  // Whether the same springs are left out with the inverse mass w of a particle: those between fixed ends.
   [[nodiscard]] bool can_set_mass(const NetworkInput& /*in*/, std::size_t /*particle*/, double /*w*/) const noexcept {
     return true;
   }
   [[nodiscard]] bool can_set_zero_length() const noexcept { return false; }
-  // Since the inverse mass of a particle has changed. w: the working column.
+  // Follows a change of a particle's inverse mass. w: the working column.
   void set_mass(const NetworkInput& /*in*/, std::size_t /*particle*/, const T* /*w*/) noexcept {}
-  // Since a spring of the list has, and since any of them have.
+  // Follow a change of one spring of the list, and of any of its springs.
   void set_spring(const NetworkInput& /*in*/, std::size_t /*spring*/) noexcept {}
   void set_springs(const NetworkInput& /*in*/) noexcept {}
   // The directions stay the same.
   void set_stiffness(const Grid& /*grid*/) {}
   void tear(const NetworkInput& /*in*/, const GridSpring& /*spring*/) noexcept {}
-  // Since the sub-step or rho has.
+  // Follows a change of the sub-step or of rho.
   void set_step(const NetworkInput& /*in*/, Solves /*springs*/) noexcept {}
 
   [[nodiscard]] std::size_t bytes() const noexcept { return 0; }

@@ -12,7 +12,7 @@
 namespace dvdx {
 namespace {
 
-// Springs that one run of Lanczos' iteration may visit, so that making a plan of a million particles stays a matter of seconds.
+// The number of visits of springs in one run of Lanczos' iteration, so that a plan of a million particles is made in seconds.
 constexpr double spring_visits = 4e7;
 constexpr int most_lanczos_steps = 100;
 
@@ -64,7 +64,7 @@ class Stiffness {
   std::vector<double> across_;
 };
 
-// A start that no symmetry of a mesh is orthogonal to.
+// A scattered start vector: no symmetry of a mesh makes it orthogonal to a mode.
 Eigen::Matrix3Xd scattered(std::size_t count) {
   Eigen::Matrix3Xd x(3, static_cast<Eigen::Index>(count));
   std::uint64_t state = 1;
@@ -75,8 +75,8 @@ Eigen::Matrix3Xd scattered(std::size_t count) {
   return x.normalized();
 }
 
-// The largest eigenvalue by Lanczos' iteration, from below: to 1e-3 in some tens of steps where power iteration takes
-// thousands. Infinite where it cannot be found.
+// Returns the largest eigenvalue by Lanczos' iteration, from below: to 1e-3 in some tens of steps where power iteration takes
+// thousands. Returns infinity if it cannot be found.
 double largest_eigenvalue(const Stiffness& K, std::size_t count, int iterations) {
   std::vector<double> diagonal;
   std::vector<double> beside;
@@ -88,14 +88,14 @@ double largest_eigenvalue(const Stiffness& K, std::size_t count, int iterations)
     next -= diagonal.back() * now;
     if (!beside.empty()) next -= beside.back() * before;
     const double norm = next.norm();
-    // Everything after the last direction that the start has a part in is rounding.
+    // Beyond the last direction in which the start has a part, all is rounding.
     if (!(norm > 1e-8 * *std::max_element(diagonal.begin(), diagonal.end())) || step + 1 == iterations) break;
     beside.push_back(norm);
     before = std::move(now);
     now = next / norm;
   }
-  // Moved away from 0, where the solver finds no end among the motions that stretch no spring, and scaled as it scales a whole
-  // matrix: three diagonals it takes as they are.
+  // The matrix is shifted away from 0, where the solver does not converge among the motions that stretch no spring. It is
+  // scaled as the solver scales a whole matrix: the solver takes a tridiagonal one as it is.
   const double shift = *std::max_element(diagonal.begin(), diagonal.end());
   if (shift == 0) return 0;
   const auto size = static_cast<Eigen::Index>(diagonal.size());
@@ -116,7 +116,7 @@ int affordable_iterations(std::size_t springs) {
 struct SumBound {
   double value = 0;
   std::uint32_t particle = 0;
-  double on_diagonal = 0;  // the largest of one particle's own
+  double on_diagonal = 0;  // the largest w S of one particle
 };
 
 template <class Weight>
@@ -146,7 +146,7 @@ SumBound sum_bound(std::span<const JoinedPair> springs, std::span<const double> 
 double bounded(Matrix matrix, std::span<const JoinedPair> springs, std::span<const double> w, const SumBound& sums) {
   const int iterations = affordable_iterations(springs.size());
   if (iterations != most_lanczos_steps) return sums.value;
-  // Lanczos' value comes from below; two hundredths more than what it misses after this many steps.
+  // Lanczos' value comes from below. Two hundredths are more than it misses after this many steps.
   const Stiffness everywhere(matrix, springs, w, {}, Direction::any);
   return std::clamp(1.02 * largest_eigenvalue(everywhere, w.size(), iterations), sums.on_diagonal, sums.value);
 }
@@ -166,7 +166,7 @@ Oscillation oscillation(const Splitting& s, double z) {
   return step;
 }
 
-// The largest frequency * h up to which it is so.
+// Returns the largest frequency * h up to which is_so holds.
 template <class IsSo>
 double oscillator_limit(const Splitting& s, const IsSo& is_so) {
   constexpr double resolution = 1e-3;
@@ -178,17 +178,17 @@ double oscillator_limit(const Splitting& s, const IsSo& is_so) {
 
 bool is_stable(const Oscillation& step) { return std::abs(step.x[0] + step.v[1]) <= 2 * (1 + 1e-12); }
 
-// A step that is its own inverse has x[0] = v[1] and keeps  x[1] v^2 - v[0] x^2:  x^2 + v^2 swings between that over x[1] and
-// that over -v[0].
+// A step whose inverse is the step with -h has x[0] = v[1] and keeps  Q = x[1] v^2 - v[0] x^2.  So x^2 + v^2 swings between
+// Q / x[1] and Q / -v[0].
 bool is_energy_bounded(const Oscillation& step) {
   const double ratio = -step.v[0] / step.x[1];
   return is_stable(step) && ratio > 0.5 && ratio < 2;
 }
 
-// The highest frequency times sub-step at which Brown's sum does not grow yet, the least over chains, rings and cloth (`dvdx
-// stability`). The more springs a particle has, the lower its own springs' frequencies stand below the highest one, and the
-// nearer all sums come to leapfrog: with 7 springs on each of 8 particles the average one and the filtered pulse take 2.09. The
-// exact one grows at every step, by 1e-3 of the amplitude at 0.5.
+// Returns the highest frequency times sub-step at which Brown's sum does not grow: the least over chains, rings and cloth
+// (`dvdx stability`). The more springs a particle has, the further the frequencies of its single springs lie below the highest
+// one, and the nearer all sums come to leapfrog: with 7 springs on each of 8 particles the average one and the filtered pulse
+// take 2.09. The exact one grows at every step, by 1e-3 of the amplitude at 0.5.
 double accumulate_limit(Method method) {
   switch (method) {
     case Method::pulse:
@@ -230,7 +230,7 @@ RateBounds rate_bounds(const ListRates& list) {
 RateBounds rate_bounds(std::span<const JoinedPair> springs, std::span<const double> w) {
   const SumBound of_k = sum_bound(springs, w, stiffness_of);
   const SumBound of_c = sum_bound(springs, w, damping_of);
-  // The matrix of k 1 has the k of a particle's springs on its diagonal.
+  // The matrix of k 1 has the sum of the k of a particle's springs on its diagonal: a lower limit of its largest eigenvalue.
   return {.least = {std::sqrt(of_k.on_diagonal), of_c.on_diagonal}, .most = {std::sqrt(of_k.value), of_c.value}};
 }
 
@@ -260,19 +260,19 @@ Frequencies frequencies(std::span<const JoinedPair> springs, const std::optional
 
 // Flows and pulses: Blanes and Moan, J. Comput. Appl. Math. 142 (2002) 313, table 2, S6 of order 4.
 //
-// Pulses of springs that damp. While x stands still, as it does in a pulse,  v' = a(v) = M^-1 (F(x) - C v)  has
+// Pulses of springs that damp. x stands still in a pulse, so that  v' = a(v) = M^-1 (F(x) - C v)  has the solution
 //   v(b h) = v + b h phi1(-b X) a,   X = h M^-1 C,   phi1(y) = (e^y - 1)/y,   a at the pulse's start
-// of which a step cannot take more than some powers of X: with a0 = a, a1 = -M^-1 C a0, a2 = -M^-1 C a1
-//   v += b h a0 + (b h)^2/2 a1 + beta h^3 a2,   each of them one more pass over the springs that damp.
-// leapfrog: without a2. The rest is O(h^3) in a step: second order, as it is without damping.
-// fourth_order: the series has beta = b^3/6, which leaves O(b^4 X^4) in each pulse: third order. But the six pulses need be
-// right together only: a pulse multiplies v by 1 - b X + b^2 X^2/2 - beta X^3, the logarithm of which is
-//   -b X + (b^3/6 - beta) X^3 + (b^4/8 - b beta) X^4 + O(X^5),
-// and as beta is the same forwards and backwards, the commutators of these with the flows vanish to fourth order if
+// A step takes only some powers of X. With a0 = a, a1 = -M^-1 C a0, a2 = -M^-1 C a1
+//   v += b h a0 + (b h)^2/2 a1 + beta h^3 a2,   where a1 and a2 each take one more pass over the springs that damp.
+// leapfrog: without a2. The rest is O(h^3) in a step: second order, as without damping.
+// fourth_order: the series has beta = b^3/6, which leaves O(b^4 X^4) in each pulse: third order. But only the six pulses
+// together need be right. A pulse multiplies v by 1 - b X + b^2 X^2/2 - beta X^3, the logarithm of which is
+//   -b X + (b^3/6 - beta) X^3 + (b^4/8 - b beta) X^4 + O(X^5).
+// beta is the same forwards and backwards, so the commutators of these terms with the flows vanish to fourth order if
 //   sum (b_k^3/6 - beta_k) = 0   and   sum (b_k^4/8 - b_k beta_k) = 0.
 // The nearest to b^3/6 of all such beta is, with m = mean b_k,
 //   beta_k = b_k^3/6 - S (b_k - m)/V,   V = sum (b_k - m)^2,   S = sum b_k^4/24          (sums over one half of the six)
-// (S6 itself is of order 4 for any two parts, not only where one of them is a force of the position.)
+// (S6 itself is of order 4 for any two parts, even if neither is a force of the position.)
 Splitting splitting(const Coupling& coupling) {
   if (coupling.scheme == Scheme::sequential) {
     if (is_generalized_alpha(coupling)) return {{0.5, 0.5}, {1.0}, {}};
@@ -308,25 +308,25 @@ namespace {
 // leapfrog: with E = 1 - X + X^2/2 and P = 1 - X/2, both functions of X = h M^-1 C, and Z = h^2 M^-1 K, in coordinates in which
 // X and Z are symmetric, two sub-steps are  x+ - x = E (x - x-) - P Z x.  An eigenvalue y with the vector x then solves
 //   p y^2 - (p + e - z) y + e = 0,   p = x* P^-1 x,  e = x* P^-1 E x,  z = x* Z x
-// whose roots lie within one where e <= p and 0 <= z <= 2 (p + e). For q = max X <= 2 is E <= 1, and P^-1 (1 + E) =
-// 2 + (X^2/2)/(1 - X/2) >= 2: it suffices that z <= 4, whichever mode q is of and whichever z.
-// fourth_order: of one mode z <= 3.13 and q <= 8 (radius above one by 2e-16 at most, on a grid of both). Where K and C have
-// other modes it grows from q = 6.3 on, by up to 4e-4 a sub-step at 6.4 and 0.34 at 8; at 6.2 a search over pairs of matrices
-// found nothing that grows (tests/kernel/passes/damping_test.cpp).
+// Its roots lie within one if e <= p and 0 <= z <= 2 (p + e). For q = max X <= 2, E <= 1 and P^-1 (1 + E) =
+// 2 + (X^2/2)/(1 - X/2) >= 2. So z <= 4 suffices, whichever modes q and z belong to.
+// fourth_order: for one mode, z <= 3.13 and q <= 8 (radius above one by at most 2e-16, on a grid of both). If K and C have
+// different modes it grows from q = 6.3 on, by up to 4e-4 a sub-step at 6.4 and 0.34 at 8. At 6.2 a search over pairs of
+// matrices found no growth (tests/kernel/passes/damping_test.cpp).
 double damping_limit(const Coupling& coupling) { return coupling.scheme == Scheme::fourth_order ? 6 : 2; }
 
 }  // namespace
 
 StableRange scheme_limit(const Coupling& coupling) {
   if (coupling.scheme == Scheme::sequential) return {};
-  // One pulse that takes the damping from before it has trace 2 - z^2 - q and determinant 1 - q: stable while z^2 + 2 q <= 4.
-  // The same share of the limit is taken for Brown's sums, whose pulses are no longer than its.
+  // A single pulse that takes the damping from the velocity before it has trace 2 - z^2 - q and determinant 1 - q. It is stable
+  // while z^2 + 2 q <= 4. Brown's sums take the same rule with a limit of their own, as their pulses are no longer than this.
   if (coupling.scheme == Scheme::accumulate) return {accumulate_limit(coupling.method), 2, StableRange::Rule::together};
   return {oscillator_limit(splitting(coupling), is_stable), damping_limit(coupling)};
 }
 
-// leapfrog leaves E = 1 - q + q^2/2 of the speed of what damps most, which is one again at its limit: 3/4 at 1 + sqrt(1/2).
-// fourth_order leaves a tenth at q = 6.
+// leapfrog leaves the part E = 1 - q + q^2/2 of the speed of the most damped mode. E is one again at leapfrog's limit, and 3/4
+// at 1 + sqrt(1/2). fourth_order leaves a tenth at q = 6.
 StableRange bounded_energy_limit(const Coupling& coupling) {
   if (coupling.scheme == Scheme::sequential || coupling.scheme == Scheme::accumulate) return scheme_limit(coupling);
   const double damping = coupling.scheme == Scheme::leapfrog ? 1 + std::sqrt(0.5) : damping_limit(coupling);

@@ -8,16 +8,16 @@
 
 namespace dvdx {
 
-// With X = cos a, Y = cos b of a wave's angles from a column, and from a row, to the next, the springs' terms come to
+// With X = cos a, Y = cos b, a and b a wave's phase angles from one column and from one row to the next, the springs' terms are
 //   2 g,   g = ks (2 - X - Y) + 2 kb (2 - X^2 - Y^2) + 2 kd (1 - X Y),   X and Y from -1 to 1
 // (both diagonals: (1 - cos(a + b)) + (1 - cos(a - b)) = 2 - 2 X Y; every second one: 1 - cos 2a = 2 - 2 X^2). g is concave in
-// each of the two: its largest value lies on an edge, where the derivative along it is 0 or at its ends, or inside where both
-// are: at X = Y = -ks / (4 kb + 2 kd), or where 2 kb = kd on a line through it that ends on the edges.
+// X and in Y. Its largest value lies on an edge, at a corner or where the derivative along the edge is 0. Or it lies inside, if
+// both derivatives are 0: at X = Y = -ks / (4 kb + 2 kd), or if 2 kb = kd on a line through this point that ends on the edges.
 double largest_symbol(double structural, double shear, double bend) noexcept {
   const auto g = [&](double X, double Y) {
     return structural * (2 - X - Y) + 2 * bend * (2 - X * X - Y * Y) + 2 * shear * (1 - X * Y);
   };
-  // Along an edge; X and Y change places.
+  // Along an edge. X and Y are interchangeable.
   const auto on_edge = [&](double X) {
     double most = std::max(g(X, -1), g(X, 1));
     if (bend > 0) most = std::max(most, g(X, std::clamp(-(structural + 2 * shear * X) / (4 * bend), -1.0, 1.0)));
@@ -35,7 +35,7 @@ namespace {
 
 double largest_symbol_of(const Grid& grid) { return largest_symbol(grid.structural, grid.shear, grid.bend); }
 
-// The largest symbol of the damping, which all springs that there are have alike.
+// The largest symbol of the damping, which is the same for all springs that exist.
 double largest_damping_symbol(const Grid& grid) {
   const auto damping = [&](double k) { return k != 0 ? grid.damping : 0; };
   return largest_symbol(damping(grid.structural), damping(grid.shear), damping(grid.bend));
@@ -91,7 +91,7 @@ void GridRates::sum_up(std::span<const double> w, std::size_t row, std::size_t c
   if (!of_c_.empty()) of_c_[i] = w[i] * (damping_ * static_cast<double>(springs.count));
 }
 
-// Two columns from the sheet's sides, particles of a row have the same springs, where none is torn.
+// If no spring is torn, all particles of a row that are at least two columns from the sheet's sides have the same springs.
 void GridRates::sum_up_row(std::span<const double> w, std::size_t row) noexcept {
   const bool is_alike = broken_.empty() && columns_ > 4;
   const Springs inside = is_alike ? springs_at(row, 2) : Springs{};
@@ -128,7 +128,7 @@ void GridRates::look_at(std::span<const double> w, std::size_t row) noexcept {
   by_row_[row] = found;
 }
 
-// Springs lead two rows down at most.
+// Springs lead at most two rows down.
 void GridRates::look_around(std::span<const double> w, std::size_t row) noexcept {
   for (std::size_t r = row - std::min<std::size_t>(row, 2); r <= row; ++r) look_at(w, r);
 }
@@ -182,7 +182,7 @@ SheetRates rates_of_rows(const Scene& scene, std::uint64_t first, std::uint64_t 
   const Grid& sheet = *only;
   end = std::min<std::uint64_t>(end, sheet.rows);
   if (first >= end) return {};
-  // Springs lead two rows down, and a particle there has springs that lead two rows further.
+  // Springs lead at most two rows down, and a particle there has springs that lead two rows further.
   const std::uint64_t from = first - std::min<std::uint64_t>(first, 2);
   Grid rows = sheet;
   rows.rows = std::min<std::uint64_t>(sheet.rows, end + 4) - from;

@@ -1,4 +1,4 @@
-// How fast the springs of a sheet can swing at most, kept by row: a change of one particle looks at the rows around it alone.
+// The highest rates of a sheet's springs, kept by row: a change of one particle looks only at the rows around it.
 #pragma once
 
 #include <cstddef>
@@ -11,8 +11,8 @@
 
 namespace dvdx {
 
-// The largest value of  sum over directions of 2 k (1 - cos)  of a sheet without borders: lambda(M^-1 K) of unit masses. k: of
-// what joins neighbours of a row or a column, of the diagonals, and of every second particle of a row or a column.
+// The largest value of  sum over directions of 2 k (1 - cos)  of a sheet without borders: lambda(M^-1 K) with unit masses. k:
+// of springs between neighbours of a row or a column, of the diagonals, and between every second particle of a row or a column.
 double largest_symbol(double structural, double shear, double bend) noexcept;
 
 class GridRates {
@@ -32,7 +32,7 @@ class GridRates {
 
   // w of a particle has changed.
   void set_mass(std::span<const double> w, std::size_t particle) noexcept;
-  // Needs room for a byte a particle, which the first of them takes.
+  // Allocates a byte a particle, at its first call. set() needs it.
   void reserve_broken();
   void set(std::span<const double> w, const GridSpring& spring, SpringIs state) noexcept;
 
@@ -54,7 +54,7 @@ class GridRates {
   double damping_;
   std::vector<GridDirection> directions_;
   double symbol_k_, symbol_c_;
-  std::vector<double> of_k_, of_c_;   // w S of each particle, S the sum of the k or c at it
+  std::vector<double> of_k_, of_c_;   // w S of each particle, S the sum of its springs' k or c
   std::vector<std::uint8_t> broken_;  // of each particle, a bit for each direction; or empty
   std::vector<Row> by_row_;
 };

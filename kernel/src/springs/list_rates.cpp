@@ -60,7 +60,7 @@ ListRates::ListRates(std::span<const JoinedPair> springs, std::span<const double
   look_at_all(w);
 }
 
-// Where all that are whole have been given one stiffness, it stands among what they pull with alone.
+// A uniform set_stiffness() stores the stiffness of whole springs in pull_k_ alone. Their k_ is then out of date.
 JoinedPair ListRates::spring(std::size_t s) const noexcept {
   return {.a = ends_[s].a,
           .b = ends_[s].b,
@@ -84,7 +84,7 @@ void ListRates::pull_as_is(std::size_t s) noexcept {
   pull_c_[s] = is_whole ? c_[s] : 0;
 }
 
-// In the order of the list, as sum_bound() of springs/frequencies.cpp does: the same bits.
+// Sums in the order of the list, as sum_bound() of springs/frequencies.cpp does, so that both have the same bits.
 void ListRates::sum_up(std::span<const double> pull, std::span<const std::uint32_t> springs, double w, std::size_t particle,
                        Products& products) noexcept {
   double magnitudes = 0;
@@ -102,7 +102,7 @@ void ListRates::sum_up(std::span<const double> w, std::size_t particle) noexcept
   if (is_damped_) sum_up(pull_c_, springs_at(particle), w[particle], particle, of_c_);
 }
 
-// No rounding makes less of more: the most of what an end has with each other one is what it has with the most of these.
+// Rounding is monotone, so max(a + b) = a + max(b).
 void ListRates::look_at_block(std::size_t number) noexcept {
   const auto most_met = [&](const Products& of, std::size_t i) {
     double most = -std::numeric_limits<double>::infinity();
@@ -121,7 +121,7 @@ void ListRates::look_at_block(std::size_t number) noexcept {
   of_block_[number] = most;
 }
 
-// Its springs begin in its own block, or in those of their lower ends, whose numbers ascend.
+// A particle's springs begin in its own block, or in the blocks of their lower ends, whose numbers ascend.
 void ListRates::look_around(std::size_t particle) noexcept {
   std::size_t seen = of_block_.size();
   for (const std::uint32_t s : springs_at(particle)) {
@@ -140,7 +140,7 @@ void ListRates::look_at_blocks() noexcept {
   for (std::size_t n = 0; n < of_block_.size(); ++n) look_at_block(n);
 }
 
-// The same sum for all particles of as many springs.
+// All particles with the same number of whole springs have the same sum.
 void ListRates::look_at_all_alike(std::span<const double> w, double k) noexcept {
   for (std::size_t n = 1; n < sum_of_.size(); ++n) sum_of_[n] = sum_of_[n - 1] + k;
   for (std::size_t i = 0; i < w.size(); ++i) of_k_.magnitudes[i] = of_k_.own[i] = w[i] * sum_of_[whole_at_[i]];
@@ -199,7 +199,7 @@ void ListRates::set_stiffness(std::span<const double> w, const SourceRange& of, 
   look_at_all(w);
 }
 
-// From now on a spring's own stiffness stands by itself.
+// From now on k_ holds each spring's own stiffness.
 void ListRates::set_zero_length(std::span<const double> w, const SourceRange& of, const Scalars& q) noexcept {
   for (std::size_t s = 0; s < size() && !has_zero_length_; ++s) k_[s] = spring(s).k;
   has_zero_length_ = true;

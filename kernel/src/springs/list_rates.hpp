@@ -1,5 +1,4 @@
-// How fast the springs of a list can swing at most, kept by particle: a change of one particle or spring looks at its
-// neighbours alone.
+// The highest rates of a list's springs, kept by particle: a change of one particle or spring looks only at its neighbours.
 #pragma once
 
 #include <cstddef>
@@ -19,7 +18,7 @@ struct SourceRange {
 
 class ListRates {
  public:
-  // As joined_pairs() sorts them. w: 1/kg of each particle, 0 where fixed.
+  // springs: sorted as by joined_pairs(). w: 1/kg of each particle, 0 where fixed.
   ListRates(std::span<const JoinedPair> springs, std::span<const double> w);
 
   [[nodiscard]] std::size_t size() const noexcept { return ends_.size(); }
@@ -30,7 +29,7 @@ class ListRates {
   [[nodiscard]] Ends ends(std::size_t s) const noexcept { return ends_[s]; }
   [[nodiscard]] bool is_damped() const noexcept { return is_damped_; }
   [[nodiscard]] bool has_zero_length() const noexcept { return has_zero_length_; }
-  // Columns of what they pull with, 0 where they are torn, and of their lengths.
+  // Columns of the springs' total stiffness and damping, 0 where they are torn, and of their rest lengths.
   [[nodiscard]] std::span<const double> pulls() const noexcept { return pull_k_; }
   [[nodiscard]] std::span<const double> drags() const noexcept { return pull_c_; }
   [[nodiscard]] std::span<const double> lengths() const noexcept { return l_; }
@@ -44,7 +43,7 @@ class ListRates {
     return std::span(at_).subspan(first_at_[particle], first_at_[particle + 1] - first_at_[particle]);
   }
 
-  // With S the sum of the k (or c) of a particle's springs, and T that of their magnitudes, of all springs that are whole.
+  // The largest over all whole springs. S: the sum of the k (or c) of a particle's springs; T: the sum of their magnitudes.
   struct Most {
     double k = 0, c = 0;          // w_a T_a + w_b T_b
     double own_k = 0, own_c = 0;  // w S of one end
@@ -58,7 +57,7 @@ class ListRates {
   void set_zero_length(std::span<const double> w, const SourceRange& of, const Scalars& q) noexcept;
 
  private:
-  // w S of each particle; and behind them, of nobody, what no spring to it is the most by.
+  // w T and w S of each particle. An element behind them, of nobody, is minus infinity and thus never the largest.
   struct Products {
     std::vector<double> magnitudes, own;
   };
@@ -75,19 +74,20 @@ class ListRates {
   void look_at_all(std::span<const double> w) noexcept;
   void look_at_all_alike(std::span<const double> w, double k) noexcept;
 
-  // Columns of what a walk over all springs reads: a spring's own numbers, and what it pulls with while it is whole.
+  // Columns that a walk over all springs reads: each spring's own numbers, and the stiffness and damping that it has while
+  // whole.
   std::vector<Ends> ends_;
   std::vector<double> k_, l_, c_, q_;
   std::vector<double> pull_k_, pull_c_;
   std::vector<std::uint32_t> source_;
-  std::vector<std::uint32_t> met_;  // the end b of each, or nobody where it is torn
+  std::vector<std::uint32_t> met_;  // the end b of each spring, or nobody if it is torn
   bool is_damped_ = false, has_zero_length_ = false;
-  std::vector<std::uint32_t> first_of_;  // of each particle: the first spring of which it is the end a; and one more
+  std::vector<std::uint32_t> first_of_;  // of each particle: the first spring whose end a it is; and one more
   std::vector<std::uint32_t> first_at_, at_;
-  std::vector<std::uint32_t> whole_at_;  // how many of each particle's springs are not torn
-  std::vector<double> sum_of_;           // of so many that are alike
+  std::vector<std::uint32_t> whole_at_;  // the number of whole springs at each particle
+  std::vector<double> sum_of_;           // of n equal springs, by n
   Products of_k_, of_c_;
-  std::vector<Most> of_block_;  // of the springs that begin there
+  std::vector<Most> of_block_;  // of the springs that begin in each block
 };
 
 }  // namespace dvdx

@@ -1,5 +1,5 @@
-// The input of the network passes: the plan's working columns, the springs as a grid, as a graph or as a list of sweeps, and
-// the table of passes that one instruction set provides.
+// Input of the network passes: the plan's working columns, the springs as a grid, as a graph or as a list of sweeps, and the
+// table of passes of one instruction set.
 #pragma once
 
 #include <array>
@@ -11,20 +11,20 @@
 // Letters of this folder: for a spring from a to b
 //   d = x_b - x_a   u = v_b - v_a   r = |d|   l rest length   k stiffness   c damping   w = 1/m, 0 where fixed
 //   force on a:  F = (k (1 - l/r) + c (d.u)/r^2) d,   on b: -F
-// A spring whose r is 0, or one of whose ends is not finite, contributes nothing: a bad particle stays alone, and its
-// neighbours go on without the spring.
+// A spring whose r is 0, or one of whose ends is not finite, contributes nothing. A bad particle thus stays alone, and its
+// neighbours move on without the spring.
 
 namespace dvdx {
 
-// r^2 outside of these is taken for zero or for a bad particle.
+// An r^2 outside these limits counts as zero or as that of a bad particle.
 template <class T>
 inline constexpr T least_square = sizeof(T) == 4 ? T(1e-30) : T(1e-280);
 template <class T>
 inline constexpr T most_square = sizeof(T) == 4 ? T(1e+30) : T(1e+280);
 
-// First guess of 1/sqrt(x) from the bits of x, then Newton steps, each of which leaves 3/2 of the relative error's square
-// (3.4e-2, 1.8e-3, 4.7e-6, 3e-11): + - x alone, so that every instruction set has the same bits, and a quarter of the time of
-// AVX-512's root and quotient (Lomont 2003).
+// Constants of 1/sqrt(x): a first guess from the bits of x, then Newton steps, each of which leaves 3/2 of the square of the
+// relative error (3.4e-2, 1.8e-3, 4.7e-6, 3e-11). The method uses + - x alone, so that every instruction set gives the same
+// bits. It takes a quarter of the time of AVX-512's root and quotient (Lomont 2003).
 template <class T>
 struct InverseRoot;
 template <>
@@ -40,18 +40,18 @@ struct InverseRoot<double> {
   static constexpr int steps = 4;
 };
 
-// The plan's working columns. Lanes beyond the particles hold NaN, which nothing reads from a particle. Where springs are swept
-// in strands, an axis is as far from the next in each of them.
+// The plan's working columns. Lanes beyond the particles hold NaN, which no particle reads. For sweeps in strands the distance
+// from one axis to the next is the same in x, v, origin and shift.
 template <class T>
 struct WorkColumns {
-  std::array<T*, 3> x{};             // m, from `origin` where there is one
+  std::array<T*, 3> x{};             // m, from `origin` if there is one
   std::array<T*, 3> v{};             // m/s
-  std::array<T*, 3> v_next{};        // where one pulse that damps puts v: elsewhere, as it reads the neighbours' v
-  std::array<T*, 3> a0{};            // m/s^2: what the springs that damp, and those beside them, make of x and v
+  std::array<T*, 3> v_next{};        // v after a pulse that damps, apart from v, as the pulse reads the neighbours' v
+  std::array<T*, 3> a0{};            // m/s^2: M^-1 F(x, v) of all springs, where some damp
   std::array<T*, 3> a1{};            // m/s^3: -M^-1 C a0
-  std::array<const T*, 3> origin{};  // null, or where each particle was when the step began
-  std::array<T*, 3> shift{};         // sequential: what the sweeps have moved x by
-  std::array<T*, 3> a{};             // generalized alpha: m/s^2, what the springs accelerate by at the last sub-step's end
+  std::array<const T*, 3> origin{};  // null, or each particle's position at the step's start
+  std::array<T*, 3> shift{};         // sequential: how far the sweeps have moved x
+  std::array<T*, 3> a{};             // generalized alpha: m/s^2, of the springs at the last sub-step's end
   std::array<T*, 3> dx{}, dv{};      // accumulate: the pairs' sums
   const T* w = nullptr;              // 1/kg; 0: fixed
 };
@@ -62,14 +62,14 @@ enum class CountedFrom : std::uint8_t { zero, step };
 
 // ---- grid: neighbours at fixed offsets ---------------------------------------------------------------------------------
 
-// All springs of one direction; where there are none nothing damps either.
+// All springs of one direction. Without springs there is no damping either.
 template <class T>
 struct Family {
   T k{}, kl{}, c{};  // kl: k l
   [[nodiscard]] bool is_there() const noexcept { return k != 0 || c != 0; }
 };
 
-// By where they lead from (row, column).
+// Named by the direction from (row, column) in which they lead.
 template <class T>
 struct GridFamilies {
   Family<T> right, right2, left_below, below, right_below, below2;
@@ -80,8 +80,8 @@ struct GridTerms {
   std::size_t rows = 0, columns = 0;
   std::size_t pitch = 0;  // elements from a row to the next, a multiple of 16
   GridFamilies<T> along;
-  // Null where no spring is torn. For each row: null, or a line of `pitch` for each direction, in the order of the families:
-  // 1 where the spring from that row is whole, 0 where it is torn, at the lesser column of its ends.
+  // Null if no spring is torn. For each row: null, or a line of `pitch` elements for each direction, in the order of the
+  // families. The element at the lesser column of a spring's ends is 1 if the spring from that row is whole, 0 if it is torn.
   const T* const* whole = nullptr;
 
   [[nodiscard]] const T* whole_from(std::size_t row) const noexcept { return whole != nullptr ? whole[row] : nullptr; }
@@ -91,11 +91,11 @@ inline constexpr std::size_t grid_directions = 6;
 
 // ---- graph: any springs, by owner --------------------------------------------------------------------------------------
 
-// Each slot of a slice joins every one of them to at most one neighbour: all at the same offset, so that
-// no index is loaded, or anywhere. A particle's neighbours come in the order of their numbers.
+// A slot joins each particle of a slice to at most one neighbour: either all at the same offset, so that no index is loaded, or
+// anywhere. A particle's neighbours come in the order of their numbers.
 struct Slot {
   std::int32_t offset = 0;    // of the neighbour's number
-  std::int32_t indices = -1;  // or where its slice of the indices begins
+  std::int32_t indices = -1;  // or the first of its slice of the indices
 };
 
 template <class T>
@@ -105,20 +105,20 @@ struct GraphTerms {
   const std::int32_t* indices = nullptr;
   const T *k = nullptr, *kl = nullptr, *c = nullptr;  // 16 a slot; 0: no spring
   Damping damping = Damping::none;
-  // accumulate: what each pair's own contribution leaves at its owner, 16 a slot: dv = (A e + B u) n, dx = (C e + D u) n
+  // accumulate: the owner's share of each pair's own contribution, 16 a slot: dv = (A e + B u) n, dx = (C e + D u) n
   const T *A = nullptr, *B = nullptr, *C = nullptr, *D = nullptr, *l = nullptr;
-  // null, or not 0 where a spring has neither rest length nor damping: its force k d has no axis, and it pulls each component
-  // of d by itself: dv = A d + B u, dx = C d + D u
+  // Null, or not 0 for a spring with neither rest length nor damping. Its force k d has no axis, and acts on each component of
+  // d by itself: dv = A d + B u, dx = C d + D u
   const T* linear = nullptr;
   T drift{};  // s: how far the axis drifts ahead: h/2, or 0
 };
 
 // ---- damping between pulses --------------------------------------------------------------------------------------------
 
-// A pulse of springs that damp (springs/frequencies.cpp has why):
-//   a = M^-1 F(x, v),   v += s_0 a + s_1 (-M^-1 C) a + s_2 (-M^-1 C)^2 a + ...,   C of the springs as they lie
-// A pass of it takes `of`, makes y = -M^-1 C of, and leaves v += s of and y; the last one leaves v += s of + t y and no y.
-// The force of a spring in -C u is c (d.u)/r^2 d for every u: no root is taken.
+// A pulse of springs that damp (derivation: springs/frequencies.cpp):
+//   a = M^-1 F(x, v),   v += s_0 a + s_1 (-M^-1 C) a + s_2 (-M^-1 C)^2 a + ...,   C at the springs' present positions
+// One pass of it takes `of`, makes y = -M^-1 C of, and leaves v += s of and y. The last pass leaves v += s of + t y and no y.
+// The force of a spring in -C u is c (d.u)/r^2 d for every u, so that no root is taken.
 template <class T>
 struct DampingPass {
   std::array<T*, 3> of{};
@@ -128,45 +128,46 @@ struct DampingPass {
 
 // ---- sequential: Gauss-Seidel sweeps -----------------------------------------------------------------------------------
 
-// Springs a + k -- b + k for k < count, no two of which share a particle.
+// Springs between a + k and b + k for k < count, no two of which share a particle.
 struct Strand {
   std::uint32_t a = 0, b = 0, count = 0;
   std::uint32_t springs = 0;  // where its columns of `inverse` and `lambda` begin
   std::uint32_t material = 0;
-  std::uint32_t turn = 0;  // strands in a row of one turn are of one material, and share no particle either
+  std::uint32_t turn = 0;  // consecutive strands of one turn have one material, and share no particle either
 };
 
 template <class T>
 struct Material {
-  T kappa{}, eta{}, l{};  // k h^2, c h, rest length; h the part of the sub-step that has passed: theta times it
+  T kappa{}, eta{}, l{};  // k t^2 and c e by springs/sweep/sweep_scheme.hpp, rest length
 };
 
 // Visits of a spring in a sub-step. lambda is 0 at the first.
 enum class Visit : std::uint8_t {
   first,
   again,
-  redirect,  // again, and the force that its line gave it is redirected (springs/sweep/spring_lines.cpp)
+  redirect,  // again, and the force that the spring's line gave it is redirected (springs/sweep/spring_lines.cpp)
 };
 
-// Springs in ranges, none of which has two springs at a particle. A range is a multiple of 16 springs long; those that fill it
-// up join two particles of their own, and move neither.
+// Springs in ranges. No two springs of a range share a particle. A range is a multiple of 16 springs long. The springs that pad
+// it join two particles of their own, and move neither.
 //
-// How the ends of 16 springs stand, four by four: 0, 4, 8 and 12; 1, 5, 9 and 13; and so on. Where both ends of each four stand
-// side by side, or first and second ends in turn, whole registers are loaded and stored in place of single records.
+// The layout of the records of the ends of 16 springs, four by four: springs 0, 4, 8 and 12; 1, 5, 9 and 13; and so on. Either
+// the four first ends stand side by side, and so do the four second ends; or first and second ends alternate. In both cases
+// whole registers are loaded and stored in place of single records.
 enum class RecordLayout : std::uint8_t { anywhere, side_by_side, in_turn };
 
-// The numbers of a particle that the springs read and move lie in records of four, the last of which nothing reads: one load or
-// store an end. Registers of a transposed record hold one axis each. Numbers that a first visit keeps for the second lie in the
-// order of the registers.
+// The numbers of a particle that the springs read and move lie in records of four. Nothing reads the fourth number. An end
+// takes one load or store. Each register of a transposed record holds one axis. Numbers that a first visit keeps for the second
+// lie in the order of the registers.
 template <class T>
 struct RangeTerms {
-  const std::uint32_t* first = nullptr;            // spring of each range, and one more
-  const std::uint32_t *a = nullptr, *b = nullptr;  // of each spring: where its ends' records begin
-  const RecordLayout* layout = nullptr;            // of 16 springs
-  const T* l = nullptr;                            // rest length of each spring
-  const T* coefficients = nullptr;                 // coefficient_sets of 16 numbers; sets that are equal are kept once
-  const std::uint32_t* coefficients_of = nullptr;  // of 16 springs: where theirs begin
-  T *x = nullptr, *v = nullptr, *shift = nullptr;  // records of particles; v: where the springs damp
+  const std::uint32_t* first = nullptr;                      // first spring of each range, and one more
+  const std::uint32_t *a = nullptr, *b = nullptr;            // of each spring: the positions of its ends' records
+  const RecordLayout* layout = nullptr;                      // of 16 springs
+  const T* l = nullptr;                                      // rest length of each spring
+  const T* coefficients = nullptr;                           // coefficient_sets of 16 numbers; equal sets are kept once
+  const std::uint32_t* coefficients_of = nullptr;            // of 16 springs: the position of their sets
+  T *x = nullptr, *v = nullptr, *shift = nullptr;            // records of particles; v: where the springs damp
   T *from_origin = nullptr, *apart = nullptr, *u = nullptr;  // records of springs: d of the origins, d before the sweeps, u
 };
 
@@ -174,12 +175,12 @@ struct RangeTerms {
 inline constexpr std::size_t coefficient_sets = 5;
 inline constexpr std::size_t record = 4;  // numbers
 
-// Lines of springs that are solved at once (springs/sweep/spring_lines.hpp): spring j of a line joins its
-// particles j and j + 1.
+// Lines of springs that are solved at once (springs/sweep/spring_lines.hpp). Spring j of a line joins particles j and j + 1 of
+// the line.
 //
-// Up to 16 lines of a list that share no particle are a bundle, one in each lane: particle j of lane n is at
-// places[particles + 16 j + n], spring j likewise; lengths[n] is at places[lengths + n], behind which a lane repeats its last
-// places.
+// A bundle is up to 16 lines of a list that share no particle, one in each lane. Particle j of lane n is at
+// places[particles + 16 j + n], spring j likewise. The length of lane n is at places[lengths + n]. Beyond its length a lane
+// repeats its last places.
 struct LineBundle {
   std::uint32_t lanes = 0;   // lines
   std::uint32_t length = 0;  // springs of the longest
@@ -189,16 +190,17 @@ struct BundleTerms {
   const LineBundle* bundles = nullptr;
   const std::uint32_t* places = nullptr;
 };
-// A bundle's solve takes so much memory, in numbers for each of its springs.
+// Memory for the solve of a bundle, in numbers for each spring of its longest line.
 inline constexpr std::size_t line_room = 9 * slice;
 
-// From where on a line turns a spring with its tension, and the force that it gave is redirected
-// (springs/sweep/spring_lines.cpp), in gamma (w_a + w_b).
+// Thresholds in gamma (w_a + w_b) (springs/sweep/spring_lines.cpp). Above the first a line turns a spring with its tension.
+// Above the second the force that a line gave a spring is redirected.
 inline constexpr double least_turning = 1;
-inline constexpr double least_redirected = -0.5;  // of springs that are pressed
+inline constexpr double least_redirected = -0.5;  // negative: some springs under pressure too
 
-// All lines of a sheet that have one direction are a family. Springs stand where they begin: those of a row's line, one of its
-// `phases`, begin at elements [first, first + count) of it, and have columns from `springs` on.
+// A family is all lines of a sheet in one direction. A spring stands at the element where it begins. A row has one line of
+// elements for each of its `phases`. The family's springs of such a line begin at its elements [first, first + count), and have
+// columns from `springs` on.
 struct LineStrand {
   std::uint32_t first = 0, count = 0, springs = 0;
 };
@@ -206,19 +208,19 @@ inline constexpr std::size_t most_phases = 4;
 struct LineFamily {
   std::ptrdiff_t down = 0, right = 0;
   std::uint32_t material = 0;  // of its strands
-  std::uint32_t strands = 0;   // of the first row's first line; line by line, row by row, sheet by sheet
+  std::uint32_t strands = 0;   // index for the first line of the first row; then line by line, row by row, sheet by sheet
 };
 struct SheetLineTerms {
   const LineFamily* families = nullptr;
   const LineStrand* strands = nullptr;
   std::size_t rows = 0, columns = 0;      // of each sheet
-  std::size_t phases = 1, pitch = slice;  // of the order of its particles
+  std::size_t phases = 1, pitch = slice;  // of the particles' order
 };
 
-// How a family is solved: each stage in tasks that share nothing, one stage after the other.
+// The stages in which a family is solved, one after the other. The tasks of a stage share nothing.
 enum class LineStage : std::uint8_t {
-  meet,   // rows [from, to): the springs as they lie
-  solve,  // down the columns, slices [from, to) of each line; along the rows, rows [from, to); of diagonals, all at once
+  meet,   // rows [from, to): reads the springs at their present positions
+  solve,  // down the columns, slices [from, to) of each line; along the rows, rows [from, to); diagonals, all at once
   give,   // rows [from, to): moves the particles
 };
 struct LinePart {
@@ -228,10 +230,10 @@ struct LinePart {
   std::size_t from = 0, to = 0;
 };
 
-// Memory that a sheet is solved in: planes of a number for each spring, where it begins, and for what lies beside the sheet, a
-// row above it and a slice before each line; and steps along the rows, of 16 rows side by side.
+// Memory for the solve of a sheet's lines. A plane holds one number for each spring, at the element where the spring begins. It
+// has margins of one row above the sheet and one slice before each line. The steps along the rows stand 16 rows side by side.
 struct LineRoom {
-  std::size_t stride = 0, plane = 0, steps = 0;  // elements from a line to the next; of a plane; of steps of one kind
+  std::size_t stride = 0, plane = 0, steps = 0;  // elements from a line to the next; of a plane; of the steps of one kind
 
   explicit LineRoom(const SheetLineTerms& sheet) noexcept
       : stride(sheet.pitch + slice),
@@ -244,7 +246,7 @@ struct LineRoom {
   [[nodiscard]] std::size_t numbers() const noexcept { return planes * plane + steps_kinds * steps; }
 };
 
-// The neighbour (down, right) of a line's elements: in another line, and there so many elements on.
+// The neighbour at (down, right) of a line's elements stands `lines` lines and `elements` elements further on.
 struct NextLine {
   std::ptrdiff_t lines = 0, elements = 0;
 
@@ -255,7 +257,7 @@ struct NextLine {
     lines = d.down * count + other - static_cast<std::ptrdiff_t>(phase);
     elements = (to - other) / count;
   }
-  // As an offset, which wraps where it leads back. pitch: elements from a line to the next.
+  // Returns the position as one offset, which wraps if it is negative. pitch: elements from a line to the next.
   [[nodiscard]] std::size_t of(std::size_t pitch) const noexcept {
     return static_cast<std::size_t>(lines * static_cast<std::ptrdiff_t>(pitch) + elements);
   }
@@ -264,32 +266,33 @@ struct NextLine {
 template <class T>
 struct SweepTerms {
   const Strand* strands = nullptr;
-  const Material<T>* materials = nullptr;                  // of a grid; or, of a list,
+  const Material<T>* materials = nullptr;                  // of a grid; for a list,
   const T *kappa = nullptr, *eta = nullptr, *l = nullptr;  // of each spring
   const T* inverse = nullptr;                              // 1 / (1 + (kappa + eta) (w_a + w_b))
-  RangeTerms<T> ranges{};                                  // or springs anywhere
+  RangeTerms<T> ranges{};                                  // or springs between any particles
   BundleTerms lines{};
   SheetLineTerms sheet_lines{};
-  T* lambda = nullptr;  // kept by the first visit for the second; null where there is none
-  // The force times T that lines gave the springs of strands; null where none is redirected.
+  T* lambda = nullptr;  // kept by the first visit for the second; null if there is no second visit
+  // The force that lines gave the springs of strands, times t^2. Null if no force is redirected.
   std::array<T*, 3> line_force{};
-  T h{};  // theta times the sub-step
+  T h{};  // Implicitness::h; by theta, theta times the sub-step
   Damping damping = Damping::none;
   CountedFrom origin = CountedFrom::zero;
 
   [[nodiscard]] T* lambda_of(std::size_t spring) const noexcept { return lambda != nullptr ? lambda + spring : nullptr; }
 };
 
-// Rows of a sheet, one after the other. In lines its particles take turns: line p of a row holds particles p, p + phases, ...
+// Rows of a sheet, one after the other. A row's particles are dealt to its lines in turn: line p holds particles
+// p, p + phases, ...
 struct SheetRows {
   std::size_t rows = 0, columns = 0;
   std::size_t phases = 2;  // or 4
   std::size_t pitch = 0;   // elements from a line to the next
 };
 
-// Generalized alpha (springs/sweep/sweep_scheme.cpp): what stands around the sweeps of a sub-step. a: of the sub-step's start;
-// b: of its end, and a of the next.
-//   shift = P = P_v v + P_a a,   v_next = v + u_a a   (where something damps: what the sweeps read for v)
+// Generalized alpha (springs/sweep/sweep_scheme.cpp): the terms around the sweeps of a sub-step. a: at the sub-step's start;
+// b: at its end, which is a of the next sub-step.
+//   shift = P = P_v v + P_a a,   v_next = v + u_a a   (with damping: the velocity that the sweeps read)
 //   b = b_S (shift - P) - b_a a,   v += v_a a + v_b b,   x += x_b (b - a)
 template <class T>
 struct AlphaTerms {
@@ -303,10 +306,10 @@ struct AlphaTerms {
 
 template <class T>
 struct NetworkKernels {
-  // v_next = v + pulse w F for rows [from, to) of a grid that does not damp, and for slices [from, to) of a graph
+  // v_next = v + pulse w F for rows [from, to) of a grid without damping, and for slices [from, to) of a graph
   void (*grid)(const GridTerms<T>&, const WorkColumns<T>&, T pulse, std::size_t from, std::size_t to) = nullptr;
   void (*graph)(const GraphTerms<T>&, const WorkColumns<T>&, T pulse, std::size_t from, std::size_t to) = nullptr;
-  // a = w F, likewise, of what damps; and what of the damping comes after it
+  // a = w F of the same rows or slices, with damping; then the damping passes of the pulse
   void (*grid_acceleration)(const GridTerms<T>&, const WorkColumns<T>&, std::size_t from, std::size_t to) = nullptr;
   void (*graph_acceleration)(const GraphTerms<T>&, const WorkColumns<T>&, std::size_t from, std::size_t to) = nullptr;
   void (*damp_grid)(const GridTerms<T>&, const WorkColumns<T>&, const DampingPass<T>&, std::size_t from,
@@ -317,15 +320,15 @@ struct NetworkKernels {
   void (*pairs)(const GraphTerms<T>&, const WorkColumns<T>&, std::size_t from, std::size_t to) = nullptr;
   // x += dx, v += dv for particles [from, to), multiples of 16
   void (*add_pairs)(const WorkColumns<T>&, std::size_t from, std::size_t to) = nullptr;
-  // strands [from, to), the last first where from > to
+  // strands [from, to); if from > to, strands [to, from) in descending order
   void (*strands)(const SweepTerms<T>&, const WorkColumns<T>&, Visit, std::size_t from, std::size_t to) = nullptr;
-  // ranges [from, to), the last first where from > to
+  // ranges [from, to); if from > to, ranges [to, from) in descending order
   void (*ranges)(const SweepTerms<T>&, Visit, std::size_t from, std::size_t to) = nullptr;
-  // lines of bundles [from, to), in such room
+  // lines of bundles [from, to). room: line_room numbers for each spring of the longest line
   void (*lines)(const SweepTerms<T>&, const WorkColumns<T>&, std::size_t from, std::size_t to, T* room) = nullptr;
-  // lines of a sheet, in such room
+  // a part of a sheet's lines. room: LineRoom::numbers()
   void (*sheet_lines)(const SweepTerms<T>&, const WorkColumns<T>&, const LinePart&, T* room) = nullptr;
-  // from_origin of ranges [from, to), of origins in the records of x
+  // from_origin of ranges [from, to), while the records of x hold the origins
   void (*from_origin)(const SweepTerms<T>&, std::size_t from, std::size_t to) = nullptr;
   // columns of particles [from, to), multiples of 16, into their records and back
   void (*to_records)(const std::array<const T*, 3>& columns, T* records, std::size_t from, std::size_t to) = nullptr;

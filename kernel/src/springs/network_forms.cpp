@@ -8,7 +8,7 @@ bool is_any_damped(std::span<const JoinedPair> springs) noexcept {
   return std::any_of(springs.begin(), springs.end(), [](const JoinedPair& s) { return s.c != 0; });
 }
 
-// A sum of pairs' own contributions takes other coefficients than a pulse; the filtered pulse is one.
+// A sum of the pairs' own contributions takes other coefficients than a pulse. The filtered pulse is a pulse.
 template <class T>
 NetworkForm<T> make_form(const NetworkInput& in, const SteppedGrid& grid, const std::optional<ListSheet>& sheet, const T* w,
                          Columns<T>& columns) {

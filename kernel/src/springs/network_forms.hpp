@@ -1,4 +1,4 @@
-// The forms in which a pass may walk a scene's springs: a scene has one of them, which all else reaches by visit_form().
+// The forms in which a pass may walk a scene's springs. A scene has one of them, which other code reaches by visit_form().
 #pragma once
 
 #include <optional>
@@ -33,8 +33,8 @@ template <class T>
 
 [[nodiscard]] bool is_any_damped(std::span<const JoinedPair> springs) noexcept;
 
-// sheet: of a list that is one and swept in strands. w: the working column of inverse masses. The form refers to `columns`,
-// which must live as long.
+// sheet: the sheet that the springs of a list form, if it is swept in strands. w: the working column of inverse masses. The
+// form refers to `columns`, which must live as long.
 template <class T>
 NetworkForm<T> make_form(const NetworkInput& in, const SteppedGrid& grid, const std::optional<ListSheet>& sheet, const T* w,
                          Columns<T>& columns);

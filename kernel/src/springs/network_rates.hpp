@@ -1,4 +1,4 @@
-// The rates of a network's springs as it is changed in place: by row of its sheets, or by spring of its list.
+// The rates of a network's springs while it is changed in place: by row of its sheets, or by spring of its list.
 #pragma once
 
 #include <cstddef>
@@ -15,13 +15,13 @@
 
 namespace dvdx {
 
-// The springs of a network among those of all, as the scene lists them.
+// The range of a network's springs among those of all networks, in the scene's order.
 [[nodiscard]] SourceRange sources_of(const Scene& scene, std::size_t network);
 
 // w: 1/kg of each particle, 0 where fixed.
 class NetworkRates {
  public:
-  NetworkRates() = default;  // of nothing yet
+  NetworkRates() = default;  // no rates yet
   // Rates of grids that have no particle in common: one that holds every particle, or several that hold them one after the
   // other.
   NetworkRates(const Scene& scene, std::span<const double> w);
@@ -35,10 +35,10 @@ class NetworkRates {
 
   // w of a particle has changed.
   void set_mass(std::span<const double> w, std::size_t particle) noexcept;
-  // Springs of a sheet, which is the network of that number, for which reserve_broken() has taken memory.
+  // Marks springs of a sheet. sheet: the index of its network. reserve_broken() must have allocated memory for it.
   void reserve_broken(std::size_t sheet) { sheets_[sheet].reserve_broken(); }
   void set(std::span<const double> w, std::size_t sheet, std::span<const GridSpring> springs, SpringIs state) noexcept;
-  // Springs of the list.
+  // Marks springs of the list.
   void set(std::span<const double> w, std::span<const std::uint32_t> springs, SpringIs state) noexcept;
 
  private:

@@ -55,7 +55,7 @@ template <Arithmetic arithmetic, class V>
   return product_where(is_sound, s, d);
 }
 
-// Its damping alone.
+// The force of the damping alone.
 template <Arithmetic arithmetic, class V>
 [[gnu::always_inline]] inline Three<V> damping_pull(const Three<V>& d, const Three<V>& u, V c) noexcept {
   using T = Scalar<V>;
@@ -79,7 +79,7 @@ template <class V>
   for (std::size_t axis = 0; axis < 3; ++axis) store_lanes(columns[axis] + i, value[axis]);
 }
 
-// Leaves the result of a pass at the particles from i on, whose springs come to F.
+// Stores the result of a pass for the particles from i on. F: the sum of their springs' forces.
 template <class V>
 [[gnu::always_inline]] inline void leave_acceleration(const WorkColumns<Scalar<V>>& work, std::size_t i,
                                                       const Three<V>& F) noexcept {

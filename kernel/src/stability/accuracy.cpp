@@ -8,9 +8,9 @@
 namespace dvdx {
 namespace {
 
-// A force that is worked out alone, or a group that is worked out as one, makes an error of its own by its method. Beyond that,
-// what depends on the state does not see within the step what the others do to it: with forces of the position this is an error
-// of W h dx = O(h^3) in a step, with damping one of g h dv = O(h^2). (tests/kernel/accuracy_test.cpp measures every order.)
+// Each force that is worked out alone, and each group that is worked out as one, has the error of its method. In addition, a
+// force that depends on the state does not see within the step how others change it: with forces of the position an error of
+// W h dx = O(h^3) in a step, with damping one of g h dv = O(h^2). (tests/kernel/accuracy_test.cpp measures every order.)
 class Search {
  public:
   Search(const Scene& scene, const System& system) : scene_(scene), system_(system) {}
@@ -53,7 +53,7 @@ class Search {
            (polynomial != nullptr && polynomial->acceleration.size() == 1);
   }
 
-  // The error that a method makes of a force on its own.
+  // Limits the order by the error that a method makes with a force on its own.
   void by_method(std::size_t force) {
     switch (system_.method(force)) {
       case Method::pulse:
@@ -110,7 +110,7 @@ class Search {
     }
   }
 
-  // Forces that do not see each other within a step.
+  // Limits the order by forces that do not see each other within a step.
   void apart() {
     const bool sees_time = has_time_alone_ || (has_separate_ && has_time_combined_);
     const bool is_alone = parts_ == 0 || (parts_ == 1 && !sees_time);
@@ -171,7 +171,7 @@ class Search {
     limit(1, scene_.skins.empty() ? "tethers tighten at the ends of sub-steps" : "skins hold at the ends of sub-steps");
   }
 
-  // Contacts of one law are told of in one line.
+  // Contacts of one law are reported in one line.
   void impacts() {
     const auto which = [&](const auto& is_it) {
       std::vector<std::size_t> numbers;
@@ -200,7 +200,7 @@ class Search {
                      const char* reason) {
     if (!contacts.empty()) limit(order, "contacts[" + ranges(contacts) + "]" + (contacts.size() == 1 ? one : several) + reason);
   }
-  // 0, 2 to 5: of ascending numbers.
+  // Lists ascending numbers: 0, 2 to 5.
   static std::string ranges(const std::vector<std::size_t>& numbers) {
     std::string words;
     for (std::size_t k = 0, end = 0; k < numbers.size(); k = end) {
@@ -212,7 +212,7 @@ class Search {
     return words;
   }
 
-  // A force of time that is no polynomial of third degree.
+  // Whether a force of time is no polynomial of at most third degree.
   [[nodiscard]] bool is_beyond_cubic(std::size_t force) const {
     if (const auto* polynomial = std::get_if<Polynomial>(&scene_.forces[force])) return polynomial->acceleration.size() > 4;
     return std::holds_alternative<Sinusoid>(scene_.forces[force]);
@@ -225,7 +225,7 @@ class Search {
   const Scene& scene_;
   const System& system_;
   Accuracy found_;
-  std::size_t parts_ = 0;  // that depend on the state, each worked out apart from the others
+  std::size_t parts_ = 0;  // groups and forces that depend on the state, each worked out apart from the others
   bool has_separate_ = false, has_time_combined_ = false, has_time_alone_ = false;
   bool is_any_damped_ = false, is_beyond_cubic_ = false;
   // Joints act in pulses between flows: radial springs, networks, constraints.

@@ -57,7 +57,7 @@ void range_of_radius(Checker& check, const std::string& field, double value) {
   range_of_length<T>(check, field, value);
 }
 
-// The fourth power of the ball that holds a body is compared: by the test in (contact/surfaces/shape.hpp).
+// The test in (contact/surfaces/shape.hpp) compares the fourth power of the size of the ball that holds a body.
 template <class T>
 void range_of_body(Checker& check, const std::string& field, double size, double thickness, const std::string& at) {
   const double most = std::sqrt(std::sqrt(double{std::numeric_limits<T>::max()})) / 4;
@@ -125,17 +125,17 @@ void range_of_push_out(Checker& check, const std::string& field, double speed) {
   }
 }
 
-// A step's angle whose sine means nothing: psi() cuts W h^2 off there, and coefficients of the whole W would be garbage.
+// Whether the sine of a step's angle means nothing: psi() cuts W h^2 off there, and coefficients of the whole W are garbage.
 bool turns_too_far(double W, double h) { return !(W * h * h < psi_huge); }
 
-// Whether T holds all that a step or a sub-step makes of a spring between two particles; w: w_a + w_b.
+// Whether T holds all coefficients that a step or a sub-step makes of a spring between two particles. w: w_a + w_b.
 template <class T>
 bool is_joint_in_range(double k, double c, double h, double w) {
   return fits<T>(k * w) && fits<T>(k * h * h) && fits<T>(k * h * h * w) && fits<T>(k * h * w) && fits<T>(c * w) &&
          fits<T>(c * h) && fits<T>(c * h * w) && !turns_too_far(k * w, h);
 }
 
-// Eight at a time: otherwise each would wait for the one before it.
+// Compares eight at a time: otherwise each would wait for the one before it.
 template <class Choose>
 double chosen_of(const Scalars& values, const Choose& choose) {
   if (values.is_uniform()) return values[0];
@@ -158,7 +158,7 @@ double least(const Scalars& values) {
   return chosen_of(values, [](double a, double b) { return b < a ? b : a; });
 }
 
-// m: at least the distance of any two.
+// Returns, in m, an upper bound of the distance between any two places.
 double extent(std::span<const Vec3> places) {
   if (places.empty()) return 0;
   Vec3 low = places[0];
@@ -292,7 +292,7 @@ class RangeChecker {
     }
   }
 
-  // A spring's own numbers, and what a step or a sub-step of it makes of them.
+  // Checks a spring's own numbers, and the coefficients that a step or a sub-step makes of them.
   void joint(const std::string& at, const std::string& stiffness, double k, const std::string& rest_length, double l, double c,
              double w) {
     if (!fits<T>(k)) return fail(at + stiffness, text(k), "at most " + text(double{limits::max()}, 8) + " N/m");
@@ -305,7 +305,7 @@ class RangeChecker {
     fail(at + (is_damping ? ".damping" : stiffness), text(is_damping ? c : k), "one whose coefficients are finite");
   }
   [[nodiscard]] double inverse_mass(std::size_t i) const { return 1 / scene_.mass[i]; }
-  // Where the inverse of the least is finite all are.
+  // If the inverse of the least mass is finite, all are.
   [[nodiscard]] double least_mass() const { return least(scene_.mass); }
   void masses() {
     if (fits<T>(1 / least_mass())) return;
@@ -330,7 +330,7 @@ class RangeChecker {
       if (!check_.error) joint(at, name, k, ".edge_u", l, grid.damping, 2 * w);
     }
   }
-  // Lengths that are taken from the start: of particles that are somewhere, and not all at one place.
+  // Checks lengths that are taken from the start: positions must be finite, and not all pairs at one place.
   void lengths_at_start(const std::string& field, std::span<const Pair> pairs) {
     bool is_any_long = pairs.empty();
     for (const Pair& pair : pairs) {
@@ -425,7 +425,7 @@ std::optional<Error> check_range(const Contact& contact, std::size_t index, cons
   return check.error;
 }
 
-// Speeds are compared by their squares, and multiplied with an area's.
+// The air's pulses compare the square of a speed, multiplied by the square of an area.
 template <class T>
 std::optional<Error> check_range(const Wind& wind) {
   constexpr double most = sizeof(T) == 4 ? 1e9 : 1e70;

@@ -1,4 +1,4 @@
-// Values of a scene that are finite but that the plan's scalar type cannot hold, or not what is made of them.
+// Checks for finite values of a scene that the plan's scalar type cannot hold, or whose coefficients it cannot hold.
 #pragma once
 
 #include <optional>
@@ -10,12 +10,12 @@
 
 namespace dvdx {
 
-// The scene and the options have been checked. start: the particles' positions where anchors stand there or something joins
-// particles; count: none where all particles are alike.
+// The scene and the options must have been checked. start: the particles' positions if anchors stand there or something joins
+// particles; count: none if all particles are alike.
 template <class T>
 std::optional<Error> check_range(const Scene& scene, const Options& options, std::optional<std::size_t> count,
                                  std::span<const Vec3> start);
-// The same for the forces alone; for one contact; for the wind; and whether a grid takes such an inverse mass, 1/kg.
+// The same for the forces alone; for one contact; for the wind; and whether a grid is in range with an inverse mass w, 1/kg.
 template <class T>
 std::optional<Error> check_range_of_forces(const Scene& scene, const Options& options, std::optional<std::size_t> count,
                                            std::span<const Vec3> start);
@@ -25,10 +25,10 @@ template <class T>
 std::optional<Error> check_range(const Wind& wind);
 template <class T>
 bool is_in_range(const Grid& grid, double h, double w);
-// Whether a spring between two particles is; w: the sum of their inverse masses, 1/kg.
+// Whether a spring between two particles is in range. w: the sum of their inverse masses, 1/kg.
 template <class T>
 bool is_in_range(const JoinedPair& spring, double h, double w);
-// Whether all would be if each were as stiff and as long as any, between the lightest particles.
+// Whether all springs would be in range if each were as stiff and as long as any, between the lightest particles.
 template <class T>
 bool are_well_in_range(const Springs& springs, const Scene& scene, double h, std::span<const Vec3> start);
 

@@ -9,8 +9,8 @@
 namespace dvdx {
 namespace {
 
-// ns of a particle's and of a spring's sub-step, as docs/stability.md tells how it was measured: on one machine, once, so that
-// the same scene is stepped alike on all.
+// The cost in ns of a particle's and of a spring's sub-step. docs/stability.md tells how it was measured: on one machine, once,
+// so that the same scene is stepped alike on all.
 struct Cost {
   double particle = 0, spring = 0;
 };
@@ -45,13 +45,13 @@ SchemeChoice take_scheme(Coupling& coupling, double step, const HighestRates& ra
   const int safe = substeps_for(scheme_limit(by(Scheme::leapfrog)), step, rates);
   choice.leapfrog = coupling.substeps.value_or(substeps_for(bounded_energy_limit(by(Scheme::leapfrog)), step, rates));
   const double longest = coupling.longest_substep.value_or(net.longest_substep(by(Scheme::sequential), rates));
-  const int fewest = net.drapes() ? choice.leapfrog : 1;  // its error is not known
+  const int fewest = net.drapes() ? choice.leapfrog : 1;  // the error of a draped net is not known
   choice.sequential = coupling.substeps.value_or(std::max(fewest, substeps_within(longest, step)));
   const std::size_t passes = 1 + (joined.is_damped ? damping_passes(by(Scheme::leapfrog)) : 0);
   choice.leapfrog_cost = cost(leapfrog_costs.of(joined.lie), joined, passes) * choice.leapfrog;
   const double times = solves_lines(by(Scheme::sequential), net.springs_are()) ? times_of_lines : 1;
   choice.sequential_cost = times * cost(sequential_costs.of(joined.swept), joined, 1) * choice.sequential;
-  // Sub-steps that are asked for are too few for leapfrog, or are not.
+  // If the coupling asks for a number of sub-steps, it gets sweeps where these are too few for leapfrog.
   const bool is_beyond = coupling.most_substeps && choice.leapfrog > *coupling.most_substeps;
   const bool sweeps =
       coupling.substeps ? *coupling.substeps < safe : is_beyond || choice.sequential_cost < choice.leapfrog_cost;

@@ -1,4 +1,4 @@
-// Which scheme a scene gets that leaves it open.
+// The choice of a scheme for a scene that leaves it open.
 #pragma once
 
 #include <cstddef>
@@ -11,7 +11,7 @@
 
 namespace dvdx {
 
-// How the springs stand in memory, which decides what a sub-step costs.
+// The layout of the springs in memory, which decides what a sub-step costs.
 enum class SpringsLie { as_sheet, as_list };
 
 struct Joined {
@@ -21,7 +21,7 @@ struct Joined {
   bool is_damped = false;
 };
 
-// Takes the scheme for a coupling that leaves it open, and the longest sub-step of sequential. rates: the springs', by sums,
+// Sets the scheme of a coupling that leaves it open, and the longest sub-step of sequential. rates: the springs', by sums,
 // which are the same on every machine.
 SchemeChoice take_scheme(Coupling& coupling, double step, const HighestRates& rates, const SweptNet& net, const Joined& joined);
 // start: the particles' positions.

@@ -14,36 +14,37 @@
 #include "springs/network_forms.hpp"
 #include "springs/sweep/sweep_scheme.hpp"
 
-// Sweeps that begin with no forces solve, of springs in fixed directions, with lambda the forces times T = t^2,
+// With lambda the forces times T = t^2, sweeps over springs in fixed directions that begin with no forces solve
 //   C + lambda/(k T) + E lambda = 0   in place of   C + lambda/(k T) = 0,     A = 1/(k T) + L^T W L,   E = A_l D^-1 A_l^T:
-// a forward and a backward sweep are a symmetric Gauss-Seidel step of A = A_l + D + A_l^T, of which the inverse is A + E. The
-// springs are softer by E T, and a net at rest under the forces tau of its springs hangs too low by the work
+// a forward and a backward sweep are a symmetric Gauss-Seidel step of A = A_l + D + A_l^T, and the inverse of this step is
+// A + E. The springs are softer by E T. A net at rest under the forces tau of its springs hangs too low by the work
 //   sum of loads * excess = T tau^T E tau = T sum_i (A_l^T tau)_i^2 / D_i,     D_i = 1/(k T) + w_a + w_b,
 // (A_l^T tau)_i: by how much the springs that are visited after spring i part its ends. One walk against the sweep's order
-// tells it. A single forward sweep has A + E = A_l + D, and of forces at rest tau^T E tau = sum_i (w_a + w_b) tau_i^2 / 2.
+// finds it. A single forward sweep has A + E = A_l + D, and for forces at rest tau^T E tau = sum_i (w_a + w_b) tau_i^2 / 2.
 //
-// Where lines of springs are solved whole a piece that is one line has no such excess, and of other pieces a sixteenth is
-// taken: at most a twenty-seventh was measured (sheets of 16 to 32 a side, of corners and of an edge). Both only while the
-// lines turn by little: they are solved in the directions that they have, and a spring that bears tau turns with the frequency
-// of sum tau/l over its ends' masses. Up to 23 of its sub-steps a heavy rope that is let go at rest stays as long as its load
-// makes it (5 to 40 springs, 10 to 10000 times a link's mass). But where its links move at 1 m/s, beyond 2 it gains energy
+// If lines of springs are solved at once, a piece that is one line has no such excess. For other pieces a sixteenth is taken:
+// at most a twenty-seventh was measured (sheets of 16 to 32 a side, of corners and of an edge). Both hold only while the lines
+// turn little: they are solved in their present directions, and a spring that bears tau turns with the frequency of sum tau/l
+// over its ends' masses. Up to 23 of this frequency times the sub-step a heavy rope that is let go at rest stays as long as its
+// load makes it (5 to 40 springs, 10 to 10000 times a link's mass). But if its links move at 1 m/s, beyond 2 it gains energy
 // without end (3 to 20 springs, 1500 to 40000 times: 8 to 55 times as long within 10 s), and sweeps alone are the bound. Sheets
-// redirect what their lines gave them (springs/sweep/spring_lines.cpp), and rest up to 7.
+// redirect the forces of their lines (springs/sweep/spring_lines.cpp), and come to rest up to 7.
 //
-// tau comes from statics: one number a particle, the height it hangs at, and the load goes to what holds the net along falling
-// distance. By the principle of least work every other way of the load gives more, so that the estimate is high rather than
-// low. And what hangs still flies g (s/2)^2/2 down between two pulses: as much too low does it hang when the sub-step ends.
-// A net hangs lowest at its end: a rope under its own weight is there 3/2 of the mean over its loads, and so is a sheet.
+// tau comes from statics. Each particle has one number, its distance from the particle that holds it. The load goes to the
+// held particles along falling distance. By the principle of least work every other way of the load gives more, so the estimate
+// is high rather than low. The net also flies g (s/2)^2/2 down between two pulses, and hangs too low by this at the end of a
+// sub-step. A net hangs lowest at its end: there a rope under its own weight hangs 3/2 of the mean over its loads, and so does
+// a sheet.
 
 namespace dvdx {
 namespace {
 
 constexpr double end_of_mean = 1.5;
-// The mean of a pendulum's tension over its weight, released at the height of what holds it: 3 cos of the angle, in time.
+// The mean in time of a pendulum's tension over its weight, 3 cos of the angle, if released at the height of what holds it.
 constexpr double swinging = 1.37;
 constexpr double left_by_lines = 1.0 / 16;  // of the excess of sweeps
 constexpr std::uint32_t no_particle = 0xffffffff;
-constexpr std::size_t most_of_a_side = 96;  // particles of a grid's row or column that are looked at
+constexpr std::size_t most_of_a_side = 96;  // particles of a grid's row or column that are considered
 
 double total(const Scalars& values, std::size_t count) {
   if (values.is_uniform()) return values[0] * static_cast<double>(count);
@@ -69,7 +70,7 @@ double area(const Network& network, const Origin& origin, std::span<const Vec3> 
   return sum;
 }
 
-// N: of wind at its strongest that meets all of the cloth face on.
+// Returns, in N, the force of the wind at its strongest if it meets all of the cloth face on.
 Vec3 pressure(const Scene& scene, std::span<const Vec3> start) {
   Vec3 wind = scene.wind.mean;
   for (const Gust& gust : scene.wind.gusts) wind = together(wind, gust.amplitude);
@@ -81,7 +82,7 @@ Vec3 pressure(const Scene& scene, std::span<const Vec3> start) {
   return scaled(wind, all * length(wind));
 }
 
-// m/s^2: what bears on a scene's particles, shared among all by their masses.
+// Returns, in m/s^2, the steady forces on a scene's particles, shared among all by their masses.
 Vec3 steady_acceleration(const Scene& scene, std::size_t count, std::span<const Vec3> start) {
   Vec3 acceleration{};
   Vec3 force = pressure(scene, start);
@@ -99,9 +100,9 @@ double t_of(const Coupling& coupling, double frequency, const SubstepLength& sub
   return generalized_alpha(rho_of(frequency, substep.longest, substep.pace), substep).implicitness.t;
 }
 
-// A fall as far as the side stretches springs that hang by `sag` by sqrt(2 side sag), and they swing with the frequency
-// sqrt(g/sag). A sub-step of z is late by z^2/12 a radian, here over the quarter of a swing until they are stretched most;
-// later swings are damped.
+// Springs that sag by `sag` are stretched by sqrt(2 side sag) after a fall as far as the side, and swing with the frequency
+// sqrt(g/sag). A sub-step of z is late by z^2/12 a radian, here over the quarter of a swing until they are stretched most.
+// Later swings are damped.
 double bounce(double side, double sag, double g_substep_squared) {
   if (!(sag > 0)) return 0;
   constexpr double of_a_quarter = std::numbers::pi / 2 / 12;
@@ -152,8 +153,8 @@ void SweptNet::load_up(const Scene& scene) {
   find_turning();
 }
 
-// A particle of every `stride`-th row and column stands for those around it: the springs of so many rows side by side, one
-// behind the other, are as stiff as one, carry as much more and are as many fewer.
+// A particle of every `stride`-th row and column stands for those around it. The springs of `stride` rows side by side, one
+// behind the other, are as stiff as one spring. Each carries `stride` times as much, and there are that many times fewer.
 void SweptNet::take_sheet(const Scene& scene, const Grid& sheet) {
   const auto kept = [](std::size_t n, std::size_t stride) { return (n + stride - 1) / stride; };
   const std::size_t stride = kept(std::max(sheet.rows, sheet.columns), most_of_a_side);
@@ -189,7 +190,7 @@ void SweptNet::take_sheet(const Scene& scene, const Grid& sheet) {
   add_links_of(sheet, rows, columns, stride);
 }
 
-// In the order in which the sweeps visit them (lay_out()).
+// Adds links in the order in which the sweeps visit them (lay_out()).
 void SweptNet::add_links_of(const Grid& sheet, std::size_t rows, std::size_t columns, std::size_t stride) {
   const auto add = [&](const GridDirection& d, std::size_t row, std::size_t column) {
     const std::ptrdiff_t other = static_cast<std::ptrdiff_t>(column) + d.right;
@@ -215,7 +216,7 @@ void SweptNet::add_links_of(const Grid& sheet, std::size_t rows, std::size_t col
   }
 }
 
-// Which springs are visited after which, as far as it counts: those of one colour share no particle.
+// Puts springs in the order of the sweeps, as far as it counts: those of one colour share no particle.
 void SweptNet::order_by_colours() {
   constexpr unsigned last = 63;
   std::vector<std::uint64_t> taken(w_.size(), 0);
@@ -232,7 +233,7 @@ void SweptNet::order_by_colours() {
   for (const std::vector<Link>& colour : colours) links_.insert(links_.end(), colour.begin(), colour.end());
 }
 
-// Particles that springs join without passing through one that is held.
+// Finds pieces: particles that springs join without passing through one that is held.
 void SweptNet::find_pieces() {
   std::vector<std::uint32_t> above(w_.size());
   for (std::uint32_t i = 0; i < above.size(); ++i) above[i] = i;
@@ -276,7 +277,7 @@ void SweptNet::find_lines() {
   }
 }
 
-// Shortest ways, by Dijkstra's algorithm.
+// Finds shortest ways, by Dijkstra's algorithm.
 SweptNet::Ways SweptNet::find_ways(std::span<const std::uint32_t> from) const {
   Ways ways{.distance = std::vector<double>(w_.size(), std::numeric_limits<double>::infinity()),
             .held_by = std::vector<std::uint32_t>(w_.size()),
@@ -301,8 +302,8 @@ SweptNet::Ways SweptNet::find_ways(std::span<const std::uint32_t> from) const {
   return ways;
 }
 
-// A piece that nothing holds comes to lie on the scene's surfaces: the quarter nearest to its middle does, and the rest hangs
-// over. The middle is nearest to the ends of a longest way.
+// Lays pieces that nothing holds on the scene's surfaces: the quarter nearest to the piece's middle lies there, and the rest
+// hangs over. The middle is the particle nearest to both ends of a longest way.
 void SweptNet::lay_down() {
   std::vector<bool> is_held(pieces_.size(), false);
   for (const Link& link : links_) {
@@ -335,9 +336,9 @@ void SweptNet::lay_down() {
   }
 }
 
-// From the farthest to what holds it: each particle passes on what it carries, by stiffness and by how much nearer. A sheet of
-// equal springs along, across and along both diagonals that is pulled along draws in by half of what it stretches: each
-// diagonal stretches by a quarter, and takes a sixth of the load. Hence the fourth power of the cosine.
+// Goes from the farthest particle to the held ones. Each particle passes on its load, by stiffness and by how much nearer a
+// spring leads. If a sheet of equal springs along, across and along both diagonals is pulled along, it draws in by half of its
+// stretch: each diagonal stretches by a quarter, and takes a sixth of the load. Hence the fourth power of the cosine.
 void SweptNet::carry_loads(Ways& ways) {
   std::vector<double> shares;  // of the links of a particle
   for (std::size_t n = ways.in_order.size(); n-- > 0;) {
@@ -366,7 +367,7 @@ void SweptNet::carry_loads(Ways& ways) {
   }
 }
 
-// Where what two hold meets.
+// Finds the span at a link where the shares of two held particles meet, and keeps the tautest.
 void SweptNet::find_span(const Link& link, const Ways& ways) {
   const std::uint32_t a = ways.held_by[link.a], b = ways.held_by[link.b];
   if (a == b || w_[a] != 0 || w_[b] != 0 || (w_[link.a] == 0 && w_[link.b] == 0)) return;
@@ -380,9 +381,9 @@ void SweptNet::find_span(const Link& link, const Ways& ways) {
   piece.span.load = std::min(ways.carried[a] + ways.carried[b], piece.load) * std::sqrt(std::max(0.0, 1 - along * along));
 }
 
-// A triangle of springs holds like a beam.
+// Removes the span of a piece that has a triangle of springs at one of its links: it holds like a beam.
 void SweptNet::leave_out_stiff_spans() {
-  std::vector<std::pair<std::uint32_t, double>> near(w_.size(), {0xffffffff, 0});  // the end that it is near to, how far
+  std::vector<std::pair<std::uint32_t, double>> near(w_.size(), {0xffffffff, 0});  // the end near to it, and how far it is
   for (const Link& link : links_) {
     Piece& piece = pieces_[link.piece];
     if (piece.span.length == 0) continue;
@@ -398,9 +399,9 @@ void SweptNet::leave_out_stiff_spans() {
   }
 }
 
-// m: how low a cable hangs. With the sag s, L the span, e its slack and W the load across, the tension is W L/(8 s), and the
-// cable is longer than the span by 8 s^2/(3 L) = e + C W L/(8 s), C its compliance. Forces that fall from W/2 at the ends to
-// none in the middle do the work C W^2/12.
+// Returns, in m, how low a cable hangs. With the sag s, L the span, e its slack and W the load across, the tension is W L/(8
+// s), and the cable is longer than the span by 8 s^2/(3 L) = e + C W L/(8 s), C its compliance. Forces that fall from W/2 at
+// the ends to none in the middle do the work C W^2/12.
 double SweptNet::sag(const Piece& piece, double work) {
   const auto [L, slack, W] = piece.span;
   const double a = 3 * L * slack / 8;
@@ -414,9 +415,9 @@ double SweptNet::sag(const Piece& piece, double work) {
   return low;
 }
 
-// The terms of the sum without T, once for every sub-step that is looked at.
+// Makes the terms of the sum that do not depend on T, once for all sub-steps that are considered.
 void SweptNet::find_leaks() {
-  std::vector<double> moved(w_.size(), 0);  // by what is visited later
+  std::vector<double> moved(w_.size(), 0);  // by springs that are visited later
   for (std::size_t s = links_.size(); s-- > 0;) {
     const Link& link = links_[s];
     const double parted = moved[link.b] - moved[link.a];
@@ -460,7 +461,7 @@ std::vector<double> SweptNet::leaks(const Coupling& coupling, double T) const {
   return found;
 }
 
-// The part of it that lines of springs leave.
+// Returns the part of the sweeps' excess that lines of springs leave.
 double SweptNet::left_of(const Piece& piece, const Coupling& coupling, const SubstepLength& substep) const {
   const double most = piece.is_line ? most_turning_that_stays : most_turning();
   if (!solves_lines(coupling, springs_are_) || piece.turning * substep.longest > most) return 1;
@@ -507,7 +508,7 @@ double SweptNet::turning(const Coupling& coupling, double longest) const noexcep
 
 double SweptNet::longest_substep(const Coupling& coupling, const HighestRates& rates) const {
   if (pieces_.empty()) return std::numeric_limits<double>::infinity();
-  constexpr int steps = 16;  // a factor of two
+  constexpr int steps = 16;  // rungs a factor of two
   constexpr int octaves = 24;
   const auto rung = [](int n) { return std::ldexp(1 + (n % steps) / double{steps}, n / steps - octaves); };  // s
   const auto keeps = [&](int n) {

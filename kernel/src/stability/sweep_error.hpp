@@ -1,5 +1,5 @@
-// How much softer sweeps leave springs than they are, and how long a sub-step may be for it: made from what the springs join,
-// the masses and the constant accelerations alone, in a fixed order of + - * / and sqrt, so that every machine finds the same.
+// How much softer sweeps leave springs than they are, and how long a sub-step may be for that. It is made from the springs, the
+// masses and the steady accelerations alone, in a fixed order of + - * / and sqrt, so that every machine finds the same.
 #pragma once
 
 #include <cstddef>
@@ -21,29 +21,28 @@ inline constexpr double most_sweep_error = 0.01;
 
 [[nodiscard]] double share_of_side(const SweepEstimate& estimate) noexcept;
 
-// A net under its load, as sweeps find it. Springs that are torn count as whole: a sheet that tears keeps its sub-steps.
+// A net under its load, as sweeps find it. Torn springs count as whole: a sheet that tears keeps its sub-steps.
 class SweptNet {
  public:
-  // For a scene that is one sheet: nothing is as long as the sheet where all its particles are alike. Particles that are held
-  // stand where they do in the flat sheet.
+  // For a scene that is one sheet. If all its particles are alike, no memory grows with the sheet. Held particles stand where
+  // they do in the flat sheet.
   SweptNet(const Scene& scene, const Grid& sheet);
-  // w: 1/kg of each particle, 0 where fixed or kinematic; start: of which the places of what is held are read; swept: what
-  // walks the springs in sweeps.
+  // w: 1/kg of each particle, 0 where fixed or kinematic; start: the particles' positions; swept: the springs' walk in sweeps.
   SweptNet(const Scene& scene, std::span<const JoinedPair> pairs, std::span<const double> w, std::span<const Vec3> start,
            Walk swept);
 
-  // Estimates of the piece that is worst off. frequency: rad/s, the bound of the springs', as rho_of() takes it.
+  // Returns the estimate of the worst piece. frequency: rad/s, the bound of the springs', as rho_of() takes it.
   [[nodiscard]] SweepEstimate estimate(const Coupling& coupling, double frequency, const SubstepLength& substep) const;
-  // The longest sub-step that keeps most_sweep_error, or leapfrog's; infinite where nothing hangs. It is a rung of sixteen a
-  // factor of two, so that the sub-steps of every step follow from it alone.
+  // Returns the longest sub-step that keeps most_sweep_error, or leapfrog's if that is longer; infinity if nothing hangs. It is
+  // one of sixteen rungs a factor of two, or leapfrog's, so that the sub-steps of every step follow from it alone.
   [[nodiscard]] double longest_substep(const Coupling& coupling, const HighestRates& rates) const;
 
-  // SweepEstimate::turning of the piece that is worst off, and the most that comes to rest. longest: s, a sub-step.
+  // Return SweepEstimate::turning of the worst piece, and the largest that comes to rest. longest: s, a sub-step.
   [[nodiscard]] double turning(const Coupling& coupling, double longest) const noexcept;
   [[nodiscard]] double most_turning() const noexcept;
 
   [[nodiscard]] SpringsAre springs_are() const noexcept { return springs_are_; }
-  // Whether some of it comes to lie on surfaces, where what shears it is far more than what hangs, and is not seen.
+  // Whether some of it comes to lie on surfaces. There it is sheared far more than it hangs, which the estimate does not see.
   [[nodiscard]] bool drapes() const noexcept { return drapes_; }
 
  private:
@@ -56,13 +55,13 @@ class SweptNet {
   };
   // A spring in a forward and a backward sweep.
   struct Leak {
-    double square = 0;       // N^2/kg^2: by how much those that are visited later part its ends, (A_l^T tau)_i
+    double square = 0;       // N^2/kg^2: of (A_l^T tau)_i, by which the springs that are visited later part its ends
     double of_k = 0, w = 0;  // m/N, and 1/kg of both ends
     std::uint32_t piece = 0;
   };
-  // Part of a piece between two particles that hold it: a cable that sags where no triangle of springs is in its way.
+  // Part of a piece between two held particles: a cable that sags, unless a triangle of springs is in its way.
   struct Span {
-    double length = 0, slack = 0;  // m: between both, and by how much the springs are longer at rest
+    double length = 0, slack = 0;  // m: between both, and how much longer the springs are at rest
     double load = 0;               // N, across
   };
   struct Piece {
@@ -71,13 +70,13 @@ class SweptNet {
     double energy = 0;     // J: sum of tension^2 / k
     Span span{};           // the tautest, if any
     double turning = 0;    // rad/s: how fast its springs turn under their tension
-    bool is_line = false;  // its springs follow each other, and are solved at once where lines are
+    bool is_line = false;  // its springs follow each other, and are solved at once if lines are
   };
-  // Each particle's way to what holds it.
+  // Each particle's way to the particle that holds it.
   struct Ways {
-    std::vector<double> distance;         // m, along the springs at rest to what holds it
-    std::vector<std::uint32_t> held_by;   // the particle that this is
-    std::vector<std::uint32_t> in_order;  // of the distance
+    std::vector<double> distance;         // m, along the springs at rest to the held particle
+    std::vector<std::uint32_t> held_by;   // the held particle
+    std::vector<std::uint32_t> in_order;  // particles, by distance
     std::vector<double> carried;          // N
   };
 
@@ -104,16 +103,16 @@ class SweptNet {
   SpringsAre springs_are_ = SpringsAre::in_rows;
   bool drapes_ = false;
   std::vector<double> w_;     // 1/kg
-  std::vector<double> mass_;  // kg, that a particle stands for
-  std::vector<Vec3> place_;   // m, of what is held
+  std::vector<double> mass_;  // kg, for which a particle stands
+  std::vector<Vec3> place_;   // m, read of held particles
   std::vector<Link> links_;   // in the order of a sweep
   std::vector<Piece> pieces_;
   std::vector<Leak> leaks_;
   std::vector<std::uint32_t> piece_of_;        // of each particle
-  std::vector<std::uint32_t> first_, beside_;  // of each particle its links
+  std::vector<std::uint32_t> first_, beside_;  // of each particle, its links
 };
 
-// Sub-steps of a step that are at most so long.
+// The number of sub-steps of a step that are at most `longest` long.
 [[nodiscard]] int substeps_within(double longest, double step) noexcept;
 
 }  // namespace dvdx

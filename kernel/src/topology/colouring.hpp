@@ -1,4 +1,4 @@
-// Greedy colouring: items that share no particle get one colour, and may be worked out side by side.
+// Greedy colouring: items of one colour share no particle, and may be worked on side by side.
 #pragma once
 
 #include <cstddef>
@@ -11,7 +11,7 @@ class Colouring {
  public:
   explicit Colouring(std::size_t particles) : taken_(particles) {}
 
-  // Particles of fixed place are left out of the list: they take no colour. may_take(colour) may refuse one.
+  // Fixed particles may be left out of the list, and then take no colour. may_take(colour) may refuse one.
   template <class Particles, class MayTake>
   std::size_t add(const Particles& particles, const MayTake& may_take) {
     std::size_t colour = 0;

@@ -5,8 +5,8 @@
 namespace dvdx {
 namespace {
 
-// The particles that a triangle in air shares with each, ascending: air on one depends on those that two such steps reach, as a
-// triangle's corners share what they weigh with their other triangles.
+// The particles that share a triangle in air with each particle, ascending. Air on a particle depends on all within two such
+// steps, as a triangle's corners share their mass with their other triangles.
 class SharedTriangles {
  public:
   SharedTriangles(const Scene& scene, std::size_t count) {
@@ -25,7 +25,7 @@ class SharedTriangles {
     }
   }
 
-  // Calls use(j) for each particle that two steps or fewer lead to, some of them several times.
+  // Calls use(j) for each particle within two steps, for some of them several times.
   template <class Use>
   void for_each_within_two(std::size_t i, const Use& use) const {
     if (near_.empty()) return;
@@ -35,7 +35,7 @@ class SharedTriangles {
   }
 
  private:
-  std::vector<std::vector<std::uint32_t>> near_;  // empty where nothing meets air
+  std::vector<std::vector<std::uint32_t>> near_;  // empty if nothing meets air
 };
 
 OwnRows own_rows(const Owned& whole, std::uint32_t part) {
@@ -47,7 +47,7 @@ OwnRows own_rows(const Owned& whole, std::uint32_t part) {
   return {first, end};
 }
 
-// Whole rows, where a part holds more of others than its springs reach.
+// Lists whole rows, if a part holds more of others than its springs reach.
 void list_halo_rows(const Owned& whole, std::uint32_t part, std::uint32_t pulses, HaloByPart& halo) {
   if (!whole.rows || (!is_swept(whole.scene) && pulses == 1)) return;
   const Grid& sheet = *whole.rows;

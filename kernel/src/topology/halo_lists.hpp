@@ -1,4 +1,4 @@
-// Particles that a part and others hold of each other.
+// Particles that a part and others hold of each other: the halo.
 #pragma once
 
 #include <algorithm>
@@ -13,13 +13,13 @@
 
 namespace dvdx {
 
-// In numbers of the whole.
+// Particles by their numbers in the whole.
 struct HaloRows {
   std::vector<std::uint32_t> sent, received;
 };
 using HaloByPart = std::map<std::uint32_t, HaloRows>;
 
-// A sheet's rows that a part owns, side by side; owner_of: of a row.
+// Consecutive rows of a sheet that a part owns. owner_of(row): the part that owns it.
 struct OwnRows {
   std::uint64_t first = 0, end = 0;
 };
@@ -42,7 +42,7 @@ void hold_rows(const Grid& grid, const OwnRows& own, const OwnerOf& owner_of, co
   }
 }
 
-// place_of: in the part, of a number of the whole.
+// place_of(number): the particle's number in the part, from its number in the whole.
 template <class PlaceOf>
 void add_neighbours(HaloByPart& halo, const PlaceOf& place_of, Part& part) {
   const auto in_part = [&](std::vector<std::uint32_t>& numbers) {
@@ -58,7 +58,7 @@ void add_neighbours(HaloByPart& halo, const PlaceOf& place_of, Part& part) {
   }
 }
 
-// The particles that a part sends to each other one, and receives. Counts its springs too.
+// Returns the particles that a part sends to each other part and receives from it. Counts its springs too.
 [[nodiscard]] HaloByPart halo_by_part(const Owned& whole, std::uint32_t part, Part& made);
 
 }  // namespace dvdx

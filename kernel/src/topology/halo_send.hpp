@@ -1,5 +1,5 @@
-// Sends the halo of a part of a larger scene, where it does nothing else meanwhile. Who sends what: dvdx/partition.hpp, found
-// by topology/halo_lists.cpp.
+// Sends the halo of a part of a larger scene, and does nothing else meanwhile. The lists of what is sent: dvdx/partition.hpp,
+// made by topology/halo_lists.cpp.
 #pragma once
 
 #include <array>
@@ -9,13 +9,13 @@
 
 namespace dvdx {
 
-// element: where each of the part's particles stands in the columns.
+// element: of each of the part's particles, its element of the columns.
 template <class T>
 HaloColumns halo_of(const std::array<T*, 3>& columns, const std::uint32_t* element) noexcept {
   return {{columns[0], columns[1], columns[2]}, sizeof(T), element};
 }
 
-// Nothing, where a scene is whole.
+// Does nothing if a scene is whole.
 inline void send(const Exchange& exchange, const HaloColumns& halo) noexcept {
   if (exchange.start == nullptr) return;
   exchange.start(exchange.context, halo);

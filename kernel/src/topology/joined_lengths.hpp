@@ -1,5 +1,4 @@
-// How long what joins a scene's particles is meant to be, and which of it is torn: what a look at a state needs beside the
-// scene.
+// Lengths of a scene's springs and distance constraints, and its torn springs: what checks of a state need besides the scene.
 #pragma once
 
 #include <cstddef>
@@ -12,15 +11,15 @@
 
 namespace dvdx {
 
-// Changes of a plan keep them.
+// Changes of a plan keep these lengths.
 class JoinedLengths {
  public:
-  // The scene has been checked; start: the particles' positions.
+  // The scene must have been checked. start: the particles' positions.
   JoinedLengths(const Scene& scene, std::span<const Vec3> start);
 
-  // m, of the shortest spring that has a rest length, or constrained distance; infinite where there is none.
+  // Returns, in m, the shortest rest length or constrained distance above 0; infinity if there is none.
   [[nodiscard]] double shortest() const noexcept { return shortest_; }
-  // m, of pair n: where the scene leaves it to the start, from there.
+  // Returns, in m, the length of pair n: the scene's, or the distance at the start if the scene leaves it open.
   [[nodiscard]] double of(const Springs& springs, std::size_t network, std::size_t n) const noexcept {
     return springs.rest_length ? (*springs.rest_length)[n] : networks_[network][n];
   }
@@ -33,7 +32,7 @@ class JoinedLengths {
     if (length > 0 && length < shortest_) shortest_ = length;
   }
 
-  std::vector<std::vector<double>> networks_, constraints_;  // of each, or none
+  std::vector<std::vector<double>> networks_, constraints_;  // of each, or none if the scene has the lengths
   double shortest_ = std::numeric_limits<double>::infinity();
 };
 
@@ -42,15 +41,15 @@ class JoinedLengths {
 // The springs of one network that are torn.
 class TornSprings {
  public:
-  // particles: how many there are.
+  // particles: their number.
   TornSprings(std::span<const Pair> torn, std::size_t particles);
-  // Room for so many more, so that adding them cannot fail.
+  // Takes memory for `more` springs, so that adding them cannot fail.
   void reserve(std::size_t more, std::size_t particles);
   void add(std::span<const Pair> torn) noexcept;
 
   [[nodiscard]] bool empty() const noexcept { return ends_.empty(); }
   [[nodiscard]] bool hold(std::size_t a, std::size_t b) const noexcept { return !empty() && find(a, b); }
-  // Whether one leads from such a particle to one of a higher number.
+  // Whether a torn spring leads from a particle in [first, end) to one of a higher number.
   [[nodiscard]] bool lead_from(std::size_t first, std::size_t end) const noexcept { return !empty() && find_from(first, end); }
 
  private:
@@ -58,7 +57,7 @@ class TornSprings {
   [[nodiscard]] bool find_from(std::size_t first, std::size_t end) const noexcept;
 
   std::vector<Pair> ends_;                // each ascending, and so is the list
-  std::vector<std::uint8_t> has_any_at_;  // of each particle; empty where nothing is torn
+  std::vector<std::uint8_t> has_any_at_;  // of each particle; empty if nothing is torn
 };
 
 }  // namespace dvdx

@@ -11,13 +11,13 @@
 namespace dvdx {
 namespace {
 
-// The least length of a line: a spring in strands takes as long as in colours where a register of 16 holds some 8.
+// The least length of a line. A spring in strands takes as long as in colours if a register of 16 holds about 8 springs.
 constexpr std::size_t least_line = 8;
-// A sheet of so many particles that threads share its bands has so many at the least: every second is a task.
+// Threads share the bands of a sheet of at least shared_from particles. It needs least_bands bands: every second is a task.
 constexpr std::size_t shared_from = 16384;
 constexpr std::size_t least_bands = 8;
 
-// A grid's; and across the sides of triangles that are all cut one way, to the corners that face each other.
+// The directions of a grid; and across the side of two triangles, to the facing corners, if all cells are cut one way.
 constexpr std::array<GridDirection, 10> sheet_directions{{{.down = 0, .right = 1},
                                                           {.down = 0, .right = 2},
                                                           {.down = 1, .right = -2},
@@ -31,7 +31,7 @@ constexpr std::array<GridDirection, 10> sheet_directions{{{.down = 0, .right = 1
 
 bool is_bend(const GridDirection& d) noexcept { return d.down == 2 || std::abs(d.right) == 2; }
 
-// Which direction a spring has, or none. In rows of fewer than 5 some lead equally far.
+// Returns the index of a spring's direction, or none. In rows of fewer than 5 some directions lead equally far.
 std::optional<std::size_t> direction_of(const JoinedPair& s, const ListSheet& sheet) noexcept {
   const auto [a, b] = std::minmax({sheet.place_of(s.a), sheet.place_of(s.b)});
   const std::size_t columns = sheet.columns;
@@ -44,7 +44,7 @@ std::optional<std::size_t> direction_of(const JoinedPair& s, const ListSheet& sh
   return std::nullopt;
 }
 
-// How far apart ends stand, ascending; none where there are more distances than a sheet has.
+// Returns the differences of the ends' numbers, ascending; none if there are more than a sheet has.
 std::vector<std::size_t> distances(std::span<const JoinedPair> springs) {
   std::vector<std::size_t> found;
   for (const JoinedPair& s : springs) {
@@ -62,7 +62,7 @@ bool has_doubles(std::span<const JoinedPair> springs) {
                             [](const JoinedPair& s, const JoinedPair& t) { return s.a == t.a && s.b == t.b; }) != springs.end();
 }
 
-// Springs that a sheet has room for.
+// The number of springs that a sheet has room for.
 std::size_t room_for(std::span<const GridDirection> of, const ListSheet& sheet) {
   std::size_t room = 0;
   for (const GridDirection& d : of)
@@ -75,7 +75,7 @@ bool is_worth(const ListSheet& sheet) {
   return sheet.columns >= least_line * sheet.phases() && (sheet.rows * sheet.columns < shared_from || bands >= least_bands);
 }
 
-// The rows that a part of the sheet holds for its air are those beside its own.
+// Whether triangles in air reach only adjacent rows: a part of the sheet holds the rows beside its own for its air.
 bool meets_air_in_rows(const Scene& scene, const ListSheet& sheet) {
   const auto is_in_rows = [&](const Triangle& triangle) {
     const auto row = [&](std::uint32_t i) { return sheet.place_of(i) / sheet.columns; };
@@ -94,8 +94,8 @@ bool meets_air_in_rows(const Scene& scene, const ListSheet& sheet) {
 
 }  // namespace
 
-// Enough independent work for a core, and little enough to stay in first-level cache. A multiple of 4, so that rows of equal
-// number mod 4 mean the same in each.
+// A band is enough independent work for a core, and small enough for first-level cache. It is a multiple of 4 rows, so that
+// rows of equal number mod 4 mean the same in each.
 std::size_t rows_of_band(std::size_t columns) noexcept { return std::clamp<std::size_t>(512 / columns / 4 * 4, 4, 32); }
 
 bool fits(std::span<const JoinedPair> springs, const ListSheet& sheet) {
@@ -122,7 +122,7 @@ std::vector<GridDirection> directions_of(std::span<const JoinedPair> springs, co
 
 namespace {
 
-// The rows that particles stand in as they are numbered, if each spring leads where one of a sheet may.
+// Returns the sheet whose rows follow the particles' numbers, if each spring leads where one of a sheet may.
 std::optional<ListSheet> numbered_sheet(std::span<const JoinedPair> springs, std::size_t count) {
   for (const std::size_t apart : distances(springs)) {
     for (const std::size_t columns : {apart - 1, apart, apart + 1}) {  // a diagonal, a column, the other diagonal
@@ -141,7 +141,7 @@ std::optional<ListSheet> shuffled_sheet(std::span<const JoinedPair> springs, std
   return ListSheet{.rows = places->rows, .columns = places->columns, .reach = 2, .place = std::move(places->of)};
 }
 
-// The same, its columns taken for rows.
+// Returns the sheet with its columns taken for rows.
 ListSheet turned(const ListSheet& sheet) {
   ListSheet other{.rows = sheet.columns, .columns = sheet.rows, .reach = sheet.reach};
   other.place.resize(sheet.rows * sheet.columns);
@@ -152,7 +152,7 @@ ListSheet turned(const ListSheet& sheet) {
   return other;
 }
 
-// None where sweeps would not gain by its rows. Its reach is what its springs need.
+// Returns the sheet with the reach that its springs need, or none if sweeps would not gain by its rows.
 std::optional<ListSheet> as_swept(const Scene& scene, std::span<const JoinedPair> springs, ListSheet sheet) {
   const std::vector<GridDirection> its = directions_of(springs, sheet);
   if (std::none_of(its.begin(), its.end(), is_bend)) sheet.reach = 1;
@@ -163,7 +163,7 @@ std::optional<ListSheet> as_swept(const Scene& scene, std::span<const JoinedPair
 
 }  // namespace
 
-// Rows as they are numbered, or the longer side; or else the other.
+// Takes rows as particles are numbered, or along the longer side. If these do not serve, it takes columns for rows.
 std::optional<ListSheet> list_sheet(const Scene& scene, std::span<const JoinedPair> springs, std::size_t count) {
   auto sheet = numbered_sheet(springs, count);
   if (!sheet) {

@@ -1,4 +1,4 @@
-// Which particles springs join to each.
+// The particles that springs join to each particle.
 #pragma once
 
 #include <algorithm>

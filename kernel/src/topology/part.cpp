@@ -52,7 +52,7 @@ std::optional<Error> refused_in_rows(const Owned& whole, std::size_t rows) {
   return refused;
 }
 
-// Sweeps take a part's particles in the whole's order only where it has all that they go through at once.
+// Refuses owners that split a unit of the sweeps: only with whole pieces, rows or sheets a part sweeps in the whole's order.
 std::optional<Error> refused_owners(const Owned& whole) {
   if (!is_swept(whole.scene)) return std::nullopt;
   if (whole.has_pieces) return refused_in_pieces(whole);
@@ -60,7 +60,7 @@ std::optional<Error> refused_owners(const Owned& whole) {
   return whole.stacked != 0 ? refused_in_runs(whole, whole.stacked, "a sheet's particles") : std::nullopt;
 }
 
-// The least of the parts, where each has whole rows, one part's after another's; else 0.
+// Returns the fewest rows of a part, if each has whole rows, one part's after another's; otherwise 0.
 std::uint64_t fewest_rows(const Owned& whole) {
   const Grid& grid = *whole.rows;
   std::uint64_t fewest = grid.rows;
@@ -100,7 +100,7 @@ SweptPart swept_part(const Whole& whole, const Part& part, const Renumbered& ren
   return sweeps;
 }
 
-// A part's own particles and those that it is told of, in the order in which a particle sums its springs; of a list in pieces
+// Returns a part's own particles and those of its halo, in the order in which a particle sums its springs. For a list in pieces
 // its own come first.
 std::vector<std::uint32_t> particles_of(const Owned& whole, std::uint32_t part, const HaloByPart& halo) {
   const std::size_t count = whole.owner.size();

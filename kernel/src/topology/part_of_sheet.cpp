@@ -11,7 +11,7 @@
 namespace dvdx {
 namespace {
 
-// A sheet in stripes: who owns each row, as stripes() has it.
+// The owner of each row of a sheet in stripes, as stripes() assigns them.
 class RowOwners {
  public:
   RowOwners(const Scene& scene, const Grid& sheet, std::uint32_t parts)
@@ -41,7 +41,7 @@ class RowOwners {
   std::uint64_t rows_, together_, units_, parts_;
 };
 
-// The springs that reach the part's own rows.
+// Adds the springs that reach the part's own rows, and the ends of those that are cut.
 void add_springs(const Grid& sheet, const RowOwners& owner_of, std::uint32_t part, const OwnRows& own, Part& made,
                  HaloByPart& halo) {
   for (const GridDirection& d : directions_of(sheet)) {
@@ -67,7 +67,7 @@ void add_springs(const Grid& sheet, const RowOwners& owner_of, std::uint32_t par
   }
 }
 
-// Own rows, and what of others a part is told of.
+// Takes the own rows, and the particles that the part receives from others.
 void hold_particles(const Grid& sheet, const OwnRows& own, const HaloByPart& halo, Part& made) {
   for (const auto& [other, lists] : halo) {
     made.particles.insert(made.particles.end(), lists.received.begin(), lists.received.end());

@@ -1,4 +1,4 @@
-// The scene that a part steps: what it holds of the whole's, by numbers of its own.
+// The scene that a part steps: the particles that it holds of the whole, by numbers of its own.
 #include <algorithm>
 #include <cstdint>
 #include <span>
@@ -34,8 +34,8 @@ Anchor taken(const Anchor& anchor, std::span<const std::uint32_t> particles) {
   return each;
 }
 
-// Those between its particles. In air these are those that reach an own particle, and those that share the particles of
-// these with them.
+// Returns the triangles between the part's particles. In air these are the triangles of its own particles, and those that share
+// a particle with them.
 std::vector<Triangle> taken(const std::vector<Triangle>& whole, const Renumbered& renumbered) {
   std::vector<Triangle> triangles;
   for (const auto& [a, b, c] : whole) {
@@ -47,7 +47,7 @@ std::vector<Triangle> taken(const std::vector<Triangle>& whole, const Renumbered
   return triangles;
 }
 
-// Which springs a part has: those that reach a particle of its own; or, of a list whose rows are swept, all between its rows.
+// The springs that a part takes: those that reach a particle of its own, or, for a list in swept rows, all between its rows.
 enum class Taken : std::uint8_t { own, all };
 
 Springs taken(const Springs& whole, const Renumbered& renumbered, Taken which) {
@@ -77,7 +77,7 @@ Springs taken(const Springs& whole, const Renumbered& renumbered, Taken which) {
   return springs;
 }
 
-// The part's rows, where it holds whole ones side by side.
+// Returns the part's rows, if it holds whole consecutive ones.
 std::optional<Grid> rows_of(const Grid& whole, const Part& part) {
   const auto& numbers = part.particles;
   if (numbers.empty() || numbers.front() % whole.columns != 0 || numbers.size() % whole.columns != 0) return std::nullopt;
@@ -94,7 +94,7 @@ std::optional<Grid> rows_of(const Grid& whole, const Part& part) {
   return grid;
 }
 
-// The sheets that the part has, of those side by side.
+// Returns those of several sheets that the part has.
 std::vector<Network> sheets_of(const Scene& whole, const Renumbered& renumbered) {
   std::vector<Network> sheets;
   for (const Network& network : whole.networks) {
@@ -108,7 +108,7 @@ std::vector<Network> sheets_of(const Scene& whole, const Renumbered& renumbered)
   return sheets;
 }
 
-// The particles of a skin that the part holds, and what belongs to each.
+// Returns the skin of those of its particles that the part holds, with the values of each.
 Skin taken(const Skin& whole, const Renumbered& renumbered) {
   Skin skin{.particles = {}, .backstop = whole.backstop, .motion = whole.motion};
   std::vector<std::uint32_t> kept;

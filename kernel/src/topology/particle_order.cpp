@@ -115,7 +115,7 @@ constexpr std::size_t run_length = 4096;  // particles that a thread copies at a
 // Particles whose records, with their springs', fit in second-level cache.
 constexpr std::size_t piece_length = 4096;
 
-// As they are numbered, or listed.
+// In the order of the particles' numbers, or of the list.
 void lay_out_in_runs(ParticleOrder& order, std::size_t count) {
   for (std::size_t first = 0; first < count; first += run_length) {
     const std::size_t now = std::min(run_length, count - first);
@@ -123,8 +123,8 @@ void lay_out_in_runs(ParticleOrder& order, std::size_t count) {
   }
 }
 
-// Halves the particles until they fit a piece, each time across their longest way: the nearer half of a walk, breadth first,
-// from where another walk ended.
+// Halves the particles until they fit a piece, each time across their longest way. A breadth-first walk starts where another
+// walk ended, and its nearer half is split off.
 class Bisection {
  public:
   Bisection(std::span<const JoinedPair> springs, std::size_t count)
@@ -193,7 +193,7 @@ class Bisection {
   std::uint32_t halves_ = 0, walks_ = 0;
 };
 
-// Springs whose ends are in different pieces.
+// The number of springs whose ends are in different pieces.
 std::size_t leading_out(std::span<const JoinedPair> springs, std::span<const std::uint32_t> element_of,
                         std::span<const std::size_t> pieces) {
   const auto piece = [&](std::uint32_t i) { return std::upper_bound(pieces.begin(), pieces.end(), element_of[i]); };
@@ -400,7 +400,7 @@ SteppedGrid::SteppedGrid(const Scene& scene, std::size_t count, const PartContex
 
 namespace {
 
-// One line after the other.
+// Lists the particles, one line after the other.
 void list_in_lines(ParticleOrder& order, std::span<const std::uint32_t> place) {
   std::vector<std::uint32_t> at(place.size());
   for (std::size_t i = 0; i < place.size(); ++i) at[place[i]] = static_cast<std::uint32_t>(i);

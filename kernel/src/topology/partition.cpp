@@ -1,4 +1,4 @@
-// How a scene's particles may be shared, and what parts tell.
+// How a scene's particles may be shared among parts, and what parts tell each other.
 #include "dvdx/partition.hpp"
 
 #include <algorithm>
@@ -67,10 +67,10 @@ std::uint32_t pulses_per_telling(const Scene& scene, const Grid& sheet, std::uin
   return goes_by_rows && is_large ? pulses : 1;
 }
 
-// A part of a sheet that is swept goes through all bands that its own rows depend on. Bands of even number are swept first, and
-// again last; each reaches into the band below it. A part begins with a band of even number (rows_kept_together), and ends with
-// one of odd number, which waits for the first sweep of the band below it; its own first band waits for the band above it,
-// which waits for the first sweep of the one above that.
+// A part of a swept sheet goes through all bands that its own rows depend on. Bands of even number are swept first, and again
+// last. Each reaches into the band below it. A part begins with a band of even number (rows_kept_together), and ends with one
+// of odd number. This last band waits for the first sweep of the band below it. The part's first band waits for the band above
+// it, which waits for the first sweep of the one above that.
 RowsHeld rows_held(const Scene& scene, const Grid& sheet, std::uint32_t pulses) {
   if (scene.coupling.scheme != Scheme::sequential) return {pulses * reach_of(sheet), pulses * reach_of(sheet)};
   const std::uint64_t band = rows_of_band(sheet.columns);

@@ -9,7 +9,7 @@
 
 namespace dvdx {
 
-// Greedily, in the order of their ends' elements.
+// Colours greedily, in the order of the ends' elements.
 std::vector<std::uint32_t> colours_between_pieces(std::span<const JoinedPair> springs, const ParticleOrder& order,
                                                   std::span<const double> w) {
   std::vector<std::size_t> between;

@@ -12,7 +12,7 @@
 
 namespace dvdx {
 
-// From numbers of the whole to numbers of the part.
+// Maps numbers of the whole to numbers of the part, or to none.
 class Renumbered {
  public:
   explicit Renumbered(const Part& part) : part_(part), in_order_(part.particles.size()) {

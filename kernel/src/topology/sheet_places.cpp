@@ -9,11 +9,11 @@
 
 #include "topology/neighbours.hpp"
 
-// How many columns a sheet of a shape has follows from its particles and springs. A corner, and the particles to the right of
-// it and below, then decide all others: each next place is taken by a neighbour of the one before (in the first row) or above,
-// whose neighbours among those that have a place already stand just where springs that lead to this place begin. Where there
-// are several, the one of fewest neighbours takes it, nearest to the sheet's edge; nothing is taken back. So what is found is a
-// sheet, and a sheet may not be found.
+// The number of columns of a sheet follows from its shape, particles and springs. A corner, and the particles to the right of
+// it and below, then decide all others. The candidates for the next place are the neighbours of the particle before (in the
+// first row) or above. A candidate fits if those of its neighbours that have a place stand just where springs that lead to the
+// next place begin. If several fit, the one of fewest neighbours takes the place, nearest to the sheet's edge. Nothing is taken
+// back. So anything found is a sheet, but a sheet may not be found.
 
 namespace dvdx {
 namespace {
@@ -23,7 +23,7 @@ struct StencilOffset {
   bool operator==(const StencilOffset&) const = default;
 };
 
-// Where springs lead from each particle of a sheet.
+// The offsets at which springs lead from each particle of a sheet.
 class SheetShape {
  public:
   explicit SheetShape(std::vector<StencilOffset> offsets) : offsets_(std::move(offsets)) {}
@@ -40,12 +40,12 @@ class SheetShape {
     }
     return count;
   }
-  // Neighbours of the particle in the corner above on the left.
+  // The number of neighbours of the particle in the top left corner.
   [[nodiscard]] std::size_t at_corner() const noexcept {
     return static_cast<std::size_t>(
         std::count_if(offsets_.begin(), offsets_.end(), [](const StencilOffset& offset) { return offset.right >= 0; }));
   }
-  // The number of springs that lead to a place, in rows of so many columns.
+  // The number of springs that lead to a place of a sheet with so many columns.
   [[nodiscard]] std::size_t leading_to(std::size_t row, std::size_t column, std::size_t columns) const noexcept {
     const auto r = static_cast<std::ptrdiff_t>(row), c = static_cast<std::ptrdiff_t>(column);
     return static_cast<std::size_t>(std::count_if(offsets_.begin(), offsets_.end(), [&](const StencilOffset& offset) {
@@ -57,8 +57,8 @@ class SheetShape {
   std::vector<StencilOffset> offsets_;
 };
 
-// Along rows and columns; with any of the diagonals; and with bends along rows, columns or both, or across the sides of
-// triangles.
+// Returns all shapes: springs along rows and columns; with any of the diagonals; and with bends along rows, columns or both, or
+// across the sides of triangles.
 std::vector<SheetShape> shapes() {
   const std::array<std::vector<StencilOffset>, 4> diagonals{{{}, {{1, 1}}, {{1, -1}}, {{1, 1}, {1, -1}}}};
   const std::array<std::vector<StencilOffset>, 6> bends{
@@ -81,7 +81,7 @@ class SheetWalk {
 
   SheetWalk(const Neighbours& neighbours, std::size_t count) : neighbours_(neighbours), place_(count, nowhere) {}
 
-  // None where this is no sheet of such a shape.
+  // Returns none if there is no sheet of such a shape.
   [[nodiscard]] std::optional<SheetPlaces> operator()(const SheetShape& shape, std::size_t columns, std::uint32_t corner,
                                                       std::uint32_t right, std::uint32_t below) {
     for (const std::uint32_t i : at_) place_[i] = nowhere;
@@ -106,7 +106,7 @@ class SheetWalk {
     at_.push_back(i);
   }
 
-  // One of a particle's neighbours, but for another.
+  // Gives the next place to one of a particle's neighbours, other than `other`. Returns false if none fits.
   [[nodiscard]] bool take_next(const SheetShape& shape, std::uint32_t particle, std::uint32_t other) {
     const std::size_t row = at_.size() / columns_;
     const std::size_t column = at_.size() % columns_;

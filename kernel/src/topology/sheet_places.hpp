@@ -16,10 +16,10 @@ struct SheetPlaces {
   std::vector<std::uint32_t> of;  // place of each particle, row by row
 };
 
-// The places of a sheet by its springs, no two of which join the same particles; three rows and columns or more. Springs lead
-// from each particle to the next of its row and of its column; and, wherever in the sheet there is room or nowhere, along
-// either diagonal, to the second next of its row and of its column, or a row and two columns and two rows and a column on. A
-// sheet that lacks a spring, or has another, gives none. Rows may be what another reader would call columns.
+// Finds the places of a sheet from its springs, no two of which join the same particles. It has at least three rows and
+// columns. Springs lead from each particle to the next of its row and of its column. Others lead, everywhere in the sheet or
+// nowhere, along either diagonal, to the second next of its row and of its column, or a row and two columns and two rows and a
+// column on. A sheet that lacks a spring, or has another, gives none. Rows may be what another reader would call columns.
 [[nodiscard]] std::optional<SheetPlaces> sheet_places(std::span<const JoinedPair> springs, std::size_t count);
 
 }  // namespace dvdx

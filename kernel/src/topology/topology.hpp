@@ -1,5 +1,5 @@
-// How a scene's springs are stepped, decided once: what walks them, and where each particle stands meanwhile. The plan reads
-// it, and so do the parts that ranks step, in which each particle sums its springs as in the whole.
+// How a scene's springs are stepped, decided once: their walk, and each particle's place meanwhile. The plan reads it, and so
+// do the parts that ranks step, in which each particle sums its springs as in the whole.
 #pragma once
 
 #include <cstddef>
@@ -17,8 +17,8 @@
 namespace dvdx {
 
 enum class Walk : std::uint8_t {
-  grid,    // one that holds all particles, by rows
-  stack,   // several that are alike, as one
+  grid,    // one grid that holds all particles, by rows
+  stack,   // several grids that are alike, as one
   sheet,   // in sweeps, a list that is a sheet
   pieces,  // in sweeps, any other list
   graph,   // any list, by particle
@@ -26,14 +26,14 @@ enum class Walk : std::uint8_t {
 
 // The walk of a scene in sweeps, whatever its scheme.
 [[nodiscard]] Walk swept_walk(const Scene& scene, std::span<const JoinedPair> pairs, std::size_t count);
-// swept: what walks them in sweeps. Where that is a sheet, lines lead along its rows.
+// swept: the springs' walk in sweeps. If it is a sheet's, lines lead along its rows.
 [[nodiscard]] SpringsAre springs_are(std::span<const JoinedPair> pairs, std::size_t count, Walk swept);
 
-// It does not change: what tears, stiffens or is fixed leaves every particle where it stands, but for kinds of a grid's springs
-// that come or go.
+// It does not change. Tearing, stiffening and fixing leave every particle where it stands, unless a kind of a grid's springs
+// comes or goes.
 class Topology {
  public:
-  // stepped: the scene's. pairs: its joined_pairs(), which are not read where it is stepped as a grid. constrained: pairs whose
+  // stepped: the scene's. pairs: its joined_pairs(), which are not read if it is stepped as a grid. constrained: pairs whose
   // ends are to stand near each other too. elsewhere: what a part is told of the whole.
   Topology(const Scene& scene, const SteppedGrid& stepped, std::size_t count, std::span<const JoinedPair> pairs,
            std::span<const JoinedPair> constrained, const PartContext& elsewhere);
@@ -43,9 +43,9 @@ class Topology {
   [[nodiscard]] const std::optional<ListSheet>& list_sheet() const noexcept { return list_sheet_; }
   // The one grid that holds all particles, by any scheme, or null.
   [[nodiscard]] const Grid* one_grid(const Scene& scene) const noexcept { return is_one_grid_ ? sheet_of(scene) : nullptr; }
-  // Where a particle stands among all of a whole scene: a sum takes its springs in the order of their other ends' places.
+  // A particle's place among all of a whole scene. A sum takes its springs in the order of their other ends' places.
   [[nodiscard]] std::size_t place_of(std::size_t particle) const noexcept;
-  // Whether it is that of the same particles and springs, of which others may be stiff. A grid's is soon made anew.
+  // Whether it is also that of a scene with the same particles and springs, but other stiffnesses. A grid's is soon made anew.
   [[nodiscard]] bool is_kept_by(const Scene& changed, const SteppedGrid& stepped) const;
 
  private:
@@ -56,14 +56,14 @@ class Topology {
   ParticleOrder order_;
 };
 
-// A scene's springs, in the form that all else is made of. It points into the scene.
+// A scene's springs, in the form from which everything else is made. It points into the scene.
 struct JoinedScene {
   // kept: the topology before a change, or null. start: the particles' positions.
   JoinedScene(const Scene& scene, std::span<const Vec3> start, std::span<const JoinedPair> constrained = {},
               const PartContext& elsewhere = {}, std::shared_ptr<const Topology> kept = {});
 
   SteppedGrid stepped;
-  std::vector<JoinedPair> pairs;  // empty where they are stepped as a grid
+  std::vector<JoinedPair> pairs;  // empty if they are stepped as a grid
   std::shared_ptr<const Topology> topology;
 };
 

@@ -7,7 +7,7 @@
 namespace dvdx {
 namespace {
 
-// 0 where a particle is fixed; else only that it is not.
+// Returns 0 for a fixed particle, otherwise 1, whatever its mass.
 std::vector<double> held_or_not(const Scene& scene, std::size_t count) {
   std::vector<double> w(count, 1);
   for (const std::size_t i : scene.fixed) w[i] = 0;

@@ -1,4 +1,4 @@
-// A scene that is cut into parts, and what of it a part has whole.
+// A scene that is cut into parts, and the rows, sheets and pieces of it that a part has whole.
 #pragma once
 
 #include <cstddef>
@@ -13,21 +13,21 @@
 
 namespace dvdx {
 
-// The rows of a list, and whether springs lead across two.
+// The rows of a list, and whether springs lead across two: then bend is not 0.
 [[nodiscard]] Grid rows_of(const ListSheet& sheet);
 [[nodiscard]] inline std::uint64_t reach_of(const Grid& grid) noexcept { return grid.bend != 0 ? 2 : 1; }  // rows
 [[nodiscard]] inline bool is_swept(const Scene& scene) noexcept { return scene.coupling.scheme == Scheme::sequential; }
 
-// Lengths do not matter where parts are made.
+// Joins a scene whose positions are not known: lengths do not matter where parts are made.
 [[nodiscard]] JoinedScene joined_anywhere(const Scene& scene, std::size_t count);
 
-// It points to the scene.
+// It refers to the scene, which must outlive it.
 class Whole {
  public:
   Whole(const Scene& of, std::size_t count);
 
   [[nodiscard]] const Topology& topology() const noexcept { return *joined.topology; }
-  // The particle at a place of the rows; else all stand as they are numbered.
+  // Returns the particle at a place of the rows. Without a list of places particles stand as they are numbered.
   [[nodiscard]] std::uint32_t at(std::size_t place) const noexcept {
     return at_.empty() ? static_cast<std::uint32_t>(place) : at_[place];
   }
@@ -35,14 +35,14 @@ class Whole {
 
   const Scene& scene;
   JoinedScene joined;
-  std::optional<Grid> rows;              // that parts have whole: of the scene's sheet, or of a list that sweeps walk as one
-  std::size_t stacked = 0;               // particles of each of several sheets that are swept side by side; else 0
-  bool has_pieces = false;               // that sweeps walk
-  std::vector<std::uint32_t> colour_of;  // of springs, where there are pieces
+  std::optional<Grid> rows;              // that parts have whole: of the scene's sheet, or of a list that is swept as one
+  std::size_t stacked = 0;               // particles of each of several sheets that are swept side by side; otherwise 0
+  bool has_pieces = false;               // whether sweeps walk pieces
+  std::vector<std::uint32_t> colour_of;  // of springs, if there are pieces
   std::uint32_t colours = 0;
 
  private:
-  std::vector<std::uint32_t> at_;  // empty where particles stand as they are numbered
+  std::vector<std::uint32_t> at_;  // empty if particles stand as they are numbered
 };
 
 // A scene and the owner of each of its particles.

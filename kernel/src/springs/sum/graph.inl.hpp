@@ -37,7 +37,7 @@ template <class V, Damping damping, Arithmetic arithmetic>
   }
 }
 
-// The sum of the springs of the lanes at i; pull(slot, its columns' element) is one of them each.
+// Returns the sum of the springs of the lanes at i. pull(s): the force of slot s in each lane.
 template <class V, class Pull>
 [[gnu::always_inline]] inline Three<V> sum_of_slots(const GraphTerms<Scalar<V>>& graph, std::size_t i,
                                                     const Pull& pull) noexcept {

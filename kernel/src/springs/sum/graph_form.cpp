@@ -63,8 +63,8 @@ auto GraphForm<T>::values_of(const JoinedPair& s) noexcept -> SlotValues {
   return s.is_broken ? SlotValues{} : values_of(s.k, s.l, s.c, s.q);
 }
 
-// The nth of the slots in which a particle has another for its neighbour, both by their elements: springs that join the same
-// two stand in the order of the list.
+// Returns the lane of the nth slot in which `neighbour` is a neighbour of `owner`, both given by their elements, or nowhere.
+// Springs that join the same two particles stand in the order of the list.
 template <class T>
 std::uint32_t GraphForm<T>::lane_of(const GraphTerms<T>& terms, std::size_t owner, std::size_t neighbour, std::size_t nth) {
   for (std::size_t s = terms.first_slot[owner / slice]; s < terms.first_slot[owner / slice + 1]; ++s) {
@@ -78,7 +78,7 @@ std::uint32_t GraphForm<T>::lane_of(const GraphTerms<T>& terms, std::size_t owne
   return SpringLanes::nowhere;
 }
 
-// is_there: of the springs that the slots hold.
+// is_there: whether the slots hold a spring.
 template <class T>
 template <class IsThere>
 auto GraphForm<T>::lanes_of(const GraphTerms<T>& terms, const NetworkInput& in, const IsThere& is_there)
@@ -150,7 +150,7 @@ void GraphForm<T>::make_values(const ListRates& springs) noexcept {
   }
 }
 
-// The same of springs that have no other one of no length beside them, several at once.
+// The same if no spring has one of no length beside it, for several springs at once.
 template <class T>
 void GraphForm<T>::make_plain_values(const ListRates& springs) noexcept {
   T* const k_of = lanes_->k.data();
@@ -195,7 +195,7 @@ void GraphForm<T>::write_pulls() noexcept {
   for (std::size_t lane = 0; lane < springs_of.size(); ++lane) kl_of[lane] = kl[springs_of[lane]];
 }
 
-// Once for each spring, then lane by lane: a spring's two ends stand far apart.
+// Values are made once for each spring, then copied lane by lane, as a spring's two lanes stand far apart.
 template <class T>
 void GraphForm<T>::set_springs(const NetworkInput& in) noexcept {
   if (in.rates->has_zero_length()) {

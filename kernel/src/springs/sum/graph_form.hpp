@@ -44,7 +44,7 @@ class GraphForm : public FormBase<T> {
   [[nodiscard]] std::size_t bytes() const noexcept { return lists_.bytes() + damped_lists_.bytes(); }
 
  private:
-  // Where a spring stands in the slots of its first end, and of its second; or nowhere.
+  // The lanes of a spring in the slots of its first end and of its second, or nowhere.
   struct SpringLanes {
     static constexpr std::uint32_t nowhere = 0xffffffff;
     std::uint32_t a = nowhere, b = nowhere;
@@ -53,12 +53,12 @@ class GraphForm : public FormBase<T> {
   struct SlotValues {
     T k{}, kl{}, c{};
   };
-  // The lanes of each spring of the list, and in the damping passes, where these have slots of their own. And the spring of
-  // each lane; a lane that has none names the one behind the last.
+  // The lanes of each spring of the list, and in the damping passes if these have slots of their own. Then the spring of each
+  // lane: a lane without one has the index behind the last spring.
   struct Lanes {
     std::vector<SpringLanes> of, damped;
     std::vector<std::uint32_t> springs, damped_springs;
-    std::vector<T> k, kl, c;  // of each spring, and of none: room to make them in
+    std::vector<T> k, kl, c;  // of each spring, and of no spring: room to make them in
   };
 
   void add_damped_slots(const NetworkInput& all, Columns<T>& columns);

@@ -11,17 +11,17 @@ namespace {
 
 // Which springs a grid has besides those between neighbours of a row or a column.
 enum class Stencil : std::uint8_t { plain, shear, bend, shear_bend };
-// The quantity that a walk over the springs takes from them, and leaves at each particle.
+// The result that a walk over the springs leaves at each particle.
 enum class Walk : std::uint8_t { kick, acceleration, damping };
 
 constexpr bool has_shear(Stencil stencil) noexcept { return stencil == Stencil::shear || stencil == Stencil::shear_bend; }
 constexpr bool has_bend(Stencil stencil) noexcept { return stencil == Stencil::bend || stencil == Stencil::shear_bend; }
 
-// Every spring is computed once. Its first end is in the current register; what its second end, one column on, gets is moved
-// up by a lane, and what the row below gets is kept until that row comes. A particle's sum runs in the order of its neighbours'
-// numbers: first what the row above has left, negated as one sum, which rounds like one subtraction after the other.
+// Every spring is computed once, with its first end in the current register. The force on a second end one column on is moved
+// up by a lane. The force on the row below is kept until that row comes. A particle's sum runs in the order of its neighbours'
+// numbers. It begins with the sum that the row above has left, negated, which rounds like one subtraction after the other.
 //
-// Columns [from, to) of a grid; wider grids are taken in stripes whose kept rows stay in first-level cache.
+// A stripe is columns [from, to) of a grid. Wider grids are taken in stripes whose kept rows stay in first-level cache.
 template <class V, Stencil stencil, Walk walk, Arithmetic arithmetic>
 class GridStripe {
   using T = Scalar<V>;
@@ -35,7 +35,7 @@ class GridStripe {
       : grid_(grid), work_(work), pass_(pass), from_(from), to_(to) {}
 
   void run(std::size_t from_row, std::size_t to_row) noexcept {
-    // The rows above only for what they leave to the first ones here.
+    // The rows above are walked only for the forces that they leave to the first rows here.
     const std::size_t above = std::min<std::size_t>(from_row, has_bend(stencil) ? 2 : 1);
     for (std::size_t row = from_row - above; row < to_row; ++row) {
       if (row < from_row) {
@@ -49,7 +49,7 @@ class GridStripe {
  private:
   enum class Row { above, own };
 
-  // Springs from the current register, by where they lead.
+  // Forces of the springs from the current register, by direction.
   struct Forces {
     Three<V> right, right2, left_below, below, right_below, below2;
   };
@@ -60,7 +60,7 @@ class GridStripe {
     return pull<arithmetic>(d, V(f.k), V(f.kl));
   }
 
-  // Positions (or velocities) of the springs' ends; beyond the last row there is nothing: NaN, which no spring pulls at.
+  // Positions (or velocities) of the springs' ends. Beyond the last row they are NaN, at which no spring pulls.
   struct Ends {
     Three<V> own, right, right2, below, right_below, below2;
   };
@@ -80,7 +80,7 @@ class GridStripe {
 
   [[gnu::always_inline]] Forces pull_all(std::size_t row, std::size_t column) const noexcept {
     const Ends x = load_ends(work_.x, row, column);
-    Ends v = x;  // not read where nothing damps
+    Ends v = x;  // not read without damping
     if constexpr (walk == Walk::acceleration) v = load_ends(work_.v, row, column);
     if constexpr (walk == Walk::damping) v = load_ends(pass_.of, row, column);
     const GridFamilies<T>& f = grid_.along;
@@ -98,7 +98,7 @@ class GridStripe {
     return F;
   }
 
-  // Springs that would lead beyond the last column.
+  // Clears springs that would lead beyond the last column.
   [[gnu::always_inline]] void cut_border(std::size_t column, Forces& F) const noexcept {
     const auto keep = [&](std::size_t columns, Three<V>& force) {
       const Mask<V> is_inside = first_lanes<V>(columns > column ? columns - column : 0);
@@ -112,7 +112,7 @@ class GridStripe {
     if constexpr (has_bend(stencil)) keep(grid_.columns - 2, F.right2);
   }
 
-  // Springs that are torn.
+  // Clears springs that are torn.
   [[gnu::always_inline]] void cut_torn(const T* whole, std::size_t column, Forces& F) const noexcept {
     const auto keep = [&](std::size_t direction, Three<V>& force) {
       const V is_whole = load_lanes<V>(whole + direction * grid_.pitch + column);
@@ -176,8 +176,8 @@ class GridStripe {
     store_three<V>(work_.v_next, i, multiply_add<arithmetic>(w, sum, load_three<V>(work_.v, i)));
   }
 
-  // The sum that the row below takes off: the spring from two rows above it first, then those of this row in its columns'
-  // order.
+  // Keeps the sum that the row below subtracts: first the spring from two rows above that row, then those of this row in the
+  // order of their columns.
   [[gnu::always_inline]] void leave_for_below(std::size_t row, std::size_t at, bool is_first, const Three<V>& right_below,
                                               const Forces& F) noexcept {
     Three<V> sum = F.below;
@@ -194,7 +194,7 @@ class GridStripe {
     store_three<V>(left_for_below(), at, sum);
   }
 
-  struct Kept {  // the padding keeps the columns off each other's lines of the cache
+  struct Kept {  // the padding keeps the columns off each other's cache lines
     alignas(64) std::array<T, 3 * (width + 16)> force;
   };
   [[nodiscard]] static std::array<T*, 3> kept(Kept& row) noexcept {

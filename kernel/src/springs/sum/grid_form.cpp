@@ -3,7 +3,7 @@
 namespace dvdx {
 namespace {
 
-// Which of a row's lines a direction has: in the order of GridFamilies.
+// The index of a direction's line among those of a row of GridTerms::whole: in the order of GridFamilies.
 std::size_t line_of(const GridSpring& spring) {
   if (spring.down == 0) return spring.right == 1 ? 0 : 1;
   return spring.down == 1 ? static_cast<std::size_t>(3 + spring.right) : 5;
@@ -35,7 +35,7 @@ template <class T>
 void GridForm<T>::set_stiffness(const Grid& grid) {
   for (const GridDirection& d : directions_of(grid)) {
     Family<T> family{.k = static_cast<T>(d.k), .kl = static_cast<T>(d.k * d.l), .c = static_cast<T>(grid.damping)};
-    if (!family.is_there()) family = {};  // in T
+    if (!family.is_there()) family = {};  // k and c may round to 0 in T
     auto& along = terms_.along;
     if (d.down == 0) (d.right == 1 ? along.right : along.right2) = family;
     if (d.down == 1) (d.right < 0 ? along.left_below : (d.right == 0 ? along.below : along.right_below)) = family;

@@ -40,7 +40,7 @@ class GridForm : public FormBase<T> {
 
  private:
   GridTerms<T> terms_;
-  std::vector<const T*> whole_;  // what the terms point to where a spring is torn
+  std::vector<const T*> whole_;  // the terms point to it if a spring is torn
 };
 
 extern template class GridForm<float>;

@@ -12,7 +12,7 @@ template <class T>
 struct Lead {
   std::ptrdiff_t down, right;
   const Family<T>* family;
-  std::size_t line;  // of a row's torn springs
+  std::size_t line;  // the index of the direction's line in a row of GridTerms::whole
 };
 
 // In the order of the neighbour's number.

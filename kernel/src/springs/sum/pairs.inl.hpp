@@ -11,7 +11,7 @@ struct PairSum {
   Three<V> dx, dv;
 };
 
-// Whether some springs are linear: those of other scenes look for none.
+// Whether some springs are linear. Scenes without linear springs skip the test.
 enum class PairForces : std::uint8_t { axial, some_linear };
 
 // Along n, the line between the ends after the time `drift`:  e = r - l - drift n.u

@@ -15,7 +15,7 @@ class PairsForm : public FormBase<T> {
   static constexpr SpringsAct act = SpringsAct::in_pair_sums;
 
   // The form refers to `columns`, which must live as long. Brown's methods treat each pair as if it were alone: W = k (w_a +
-  // w_b), of whose motion the owner has the share w / (w_a + w_b).
+  // w_b). The owner has the share w / (w_a + w_b) of the pair's motion.
   PairsForm(const NetworkInput& in, Columns<T>& columns);
 
   void sum(const NetworkKernels<T>& passes, const WorkColumns<T>& work, std::size_t from, std::size_t to) const {

@@ -30,7 +30,7 @@ void add_linear(const GraphTerms<T>& graph, const Vector<T>& d, const Vector<T>&
   }
 }
 
-// A lane of a slot that holds no spring: its offset may lead to before the first particle.
+// Whether a lane of a slot holds no spring. Its offset may then lead to before the first particle.
 template <class T>
 bool is_empty(const GraphTerms<T>& graph, std::size_t lane) noexcept {
   return graph.A[lane] == 0 && graph.B[lane] == 0 && graph.C[lane] == 0 && graph.D[lane] == 0;

@@ -14,7 +14,7 @@ constexpr SlotLanes no_neighbours = [] {
   return lanes;
 }();
 
-// The neighbours of each particle that can move, or whose neighbour can.
+// Finds the neighbours of each particle that can move, or whose neighbour can.
 void find_neighbours(const NetworkInput& in, Slots& found) {
   const auto for_each_end = [&](const auto& use) {
     for (std::size_t s = 0; s < in.springs.size(); ++s) {
@@ -45,7 +45,7 @@ void find_neighbours(const NetworkInput& in, Slots& found) {
   }
 }
 
-// At fixed offsets where that takes few slots more than the lane with most neighbours has.
+// Adds slots at fixed offsets if that takes at most 4 slots more than the lane with most neighbours has.
 void add_slots_of_slice(std::size_t first, Slots& slots) {
   struct KeyedSlot {
     std::pair<std::int32_t, std::uint32_t> key;  // offset, nth

@@ -17,7 +17,7 @@ struct SlotNeighbour {
   std::uint32_t owner;   // particle
 };
 
-// One slot of a slice: the neighbours of some of its lanes, by their places in Slots::neighbours.
+// One slot of a slice: the neighbours of some of its lanes, by their indices in Slots::neighbours.
 inline constexpr std::uint32_t no_neighbour = 0xffffffff;
 using SlotLanes = std::array<std::uint32_t, slice>;
 
@@ -30,7 +30,7 @@ struct Slots {
 };
 Slots slots_of(const NetworkInput& in);
 
-// The same as a pass reads it.
+// The slots as a pass reads them.
 struct SlotLists {
   std::vector<std::uint32_t> first_slot;
   std::vector<Slot> slots;
@@ -76,7 +76,7 @@ T* slot_column(const Slots& slots, Columns<T>& columns, const T*& view) {
   return column;
 }
 
-// A spring that T cannot tell from none is none, in every loop: 0 times a length that is infinite in T would be NaN.
+// A stiffness that rounds to zero in T counts as no spring in every loop: 0 times a length that overflows T would be NaN.
 template <class T>
 T unless_empty(bool is_empty, double value) noexcept {
   return is_empty ? T(0) : static_cast<T>(value);

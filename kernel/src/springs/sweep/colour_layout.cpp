@@ -13,10 +13,9 @@
 namespace dvdx {
 namespace {
 
-// Springs by their index.
 using SpringIndices = std::vector<std::size_t>;
 
-// Four springs that a register may take whole: see RecordLayout.
+// Four springs whose ends whole registers may load: see RecordLayout.
 struct Four {
   RecordLayout layout;
   std::array<std::size_t, 4> springs;
@@ -28,14 +27,14 @@ struct Colour {
   SpringIndices anywhere;
 };
 
-// The springs of a piece that can be taken by fours: those between i and i + c for i in a row, four at a time, or where c is 1
-// every second of eight.
+// The springs of a piece that can be taken by fours: those between i and i + c for consecutive i. Four follow each other if c
+// is at least 4. If c is 1, they are every second of eight.
 class Fours {
  public:
-  // ends: of each of all springs, the elements of its ends, the lesser first.
+  // ends: the elements of each spring's ends, the lesser first.
   explicit Fours(std::vector<std::array<std::uint32_t, 2>> ends) : ends_(std::move(ends)), taken_(ends_.size(), false) {}
 
-  // In the order of their particles. The springs are sorted by their ends.
+  // Returns the fours in the order of their particles. springs: sorted by their ends.
   [[nodiscard]] std::vector<Four> of(std::vector<std::size_t> springs) {
     std::stable_sort(springs.begin(), springs.end(), [&](std::size_t s, std::size_t t) { return span(s) < span(t); });
     found_.clear();
@@ -75,7 +74,7 @@ class Fours {
   std::vector<Four> found_;
 };
 
-// Springs alike in stiffness and damping stand side by side where few kinds are, so that most sets of coefficients are equal.
+// Sorts springs of few kinds by stiffness and damping: those alike stand side by side, so that most sets are equal.
 class Kinds {
  public:
   explicit Kinds(std::span<const JoinedPair> springs) {
@@ -103,7 +102,7 @@ class Kinds {
   std::map<std::pair<double, double>, std::size_t> kinds_;
 };
 
-// Springs that one thread takes of those that lead from piece to piece.
+// The number of springs between pieces in one task.
 constexpr std::size_t springs_per_task = 4096;
 
 // Springs of each piece by colour, and those between pieces; those between two fixed ends are left out.
@@ -117,7 +116,7 @@ void put(std::vector<SpringIndices>& colours, std::size_t colour, std::size_t sp
   colours[colour].push_back(spring);
 }
 
-// Fours choose their colours first. colouring: of all particles, as pieces share none.
+// Fours choose their colours first. colouring: one for all particles, as pieces share none.
 std::vector<Colour> colours_of(const NetworkInput& in, const SpringIndices& springs, Fours& fours, Colouring& colouring) {
   std::vector<Colour> colours;
   const auto at = [&](std::size_t colour) -> Colour& {

@@ -1,5 +1,5 @@
-// How the springs of a list lie while they are swept: in ranges, by colour. First those within each piece of the particles;
-// then those that lead from piece to piece, in colours of their own.
+// The layout of a list's springs while they are swept: in ranges, by colour. First come the springs within each piece of the
+// particles, then those that lead from piece to piece, in colours of their own.
 #pragma once
 
 #include <algorithm>
@@ -12,7 +12,7 @@
 namespace dvdx {
 
 struct ColourLayout {
-  std::vector<std::uint32_t> a, b, ranges;  // what RangeTerms point to
+  std::vector<std::uint32_t> a, b, ranges;  // RangeTerms point to these
   std::vector<RecordLayout> layout;         // likewise
   std::vector<std::uint32_t> spring_at;     // of each lane, or no_spring
   std::vector<std::size_t> tasks;           // first range of each task, and one more; the first are the pieces
@@ -21,7 +21,7 @@ struct ColourLayout {
 
   [[nodiscard]] std::size_t springs() const noexcept { return spring_at.size(); }  // columns of lambda
   [[nodiscard]] std::size_t pieces() const noexcept { return stages[1]; }
-  [[nodiscard]] std::size_t colours() const noexcept {  // of the piece that has most
+  [[nodiscard]] std::size_t colours() const noexcept {  // of the piece with the most
     std::size_t most = 0;
     for (std::size_t piece = 0; piece < pieces(); ++piece) most = std::max(most, tasks[piece + 1] - tasks[piece]);
     return most;

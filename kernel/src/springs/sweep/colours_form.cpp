@@ -90,7 +90,7 @@ const T* ColoursForm<T>::sets_by(const NetworkInput& in, const Implicitness& of,
 
 // ---- changes in place -------------------------------------------------------------------------------------------------
 
-// From here on the form has these coefficients, which are what it had.
+// The form reads these coefficients from now on. They equal those that it had.
 template <class T>
 void ColoursForm<T>::reserve_edits(const NetworkInput& in, const Memory& memory) {
   const std::size_t groups = layout_.springs() / slice;
@@ -147,7 +147,7 @@ std::uint32_t ColoursForm<T>::Edits::set_of_its_own(std::size_t group) noexcept 
   return set;
 }
 
-// For that of the group before where it is what it needs, else for a free one.
+// Leaves the group's set for that of the group before, if its source is the same, otherwise for a free one.
 template <class T>
 void ColoursForm<T>::Edits::leave(std::size_t group, const Source& source) noexcept {
   const std::uint32_t before = set_of[group - 1];
@@ -186,7 +186,7 @@ void ColoursForm<T>::set_spring(const NetworkInput& in, std::size_t spring) noex
   copy_group(group);
 }
 
-// Groups that share a set go on sharing it where their springs have changed alike.
+// Groups that share a set go on sharing it if their springs have changed alike.
 template <class T>
 void ColoursForm<T>::set_springs(const NetworkInput& in) noexcept {
   const SweepImplicitness of = implicitness(in);
@@ -246,7 +246,7 @@ void ColoursForm<T>::sweep(SweepStep<T>& step, const SweepTerms<T>& its) const n
   };
   for (std::size_t n = 1; n < stages; ++n) {
     for_each_task_of(n, forward);
-    if (n + 1 < stages) send_shifts();  // the springs within pieces read none of a halo
+    if (n + 1 < stages) send_shifts();  // the springs within pieces read no halo
   }
   if (has_lines()) {
     for_each_task_of(0, forward);
@@ -267,7 +267,7 @@ void ColoursForm<T>::sweep(SweepStep<T>& step, const SweepTerms<T>& its) const n
       step, [&](std::size_t from, std::size_t to) { step.kernels.from_records(its.ranges.shift, step.work.shift, from, to); });
 }
 
-// Families one after the other, forwards and backwards: the sub-step stays its own mirror image.
+// Families are solved one after the other, forwards and backwards, so that the sub-step stays its own mirror image.
 template <class T>
 void ColoursForm<T>::solve_lines(const SweepStep<T>& step, const SweepTerms<T>& its) const noexcept {
   const LineVisits visits = lines_.visits();
@@ -282,7 +282,7 @@ void ColoursForm<T>::solve_lines(const SweepStep<T>& step, const SweepTerms<T>& 
   }
 }
 
-// The origins once a step, in which they stay.
+// from_origin is made once a step, as the origins stay the same throughout it.
 template <class T>
 void ColoursForm<T>::fill_records(SweepStep<T>& step, const SweepTerms<T>& its) const noexcept {
   if (!std::exchange(step.knows_origins, true) && step.work.origin[0] != nullptr) {

@@ -23,8 +23,8 @@ class ColoursForm : public SweepForm<T> {
   // The form refers to `columns`, which must live as long.
   ColoursForm(const NetworkInput& in, Columns<T>& columns);
 
-  // Outermost what leads from piece to piece. Each piece goes through both sweeps while it is in cache: springs of different
-  // pieces do not meet. its: the terms, or those of the start, in a workspace.
+  // The springs between pieces are swept first and last. Each piece goes through both sweeps while it is in cache, as springs
+  // of different pieces share no particle. its: the terms, or those of the start, in a workspace.
   void sweep(SweepStep<T>& step, const SweepTerms<T>& its) const noexcept;
   [[nodiscard]] SweepRoom sweep_room(bool may_share_work) const noexcept;
   [[nodiscard]] bool has_lines() const noexcept { return !lines_.empty(); }
@@ -41,7 +41,7 @@ class ColoursForm : public SweepForm<T> {
 
  private:
   static constexpr std::size_t set_size = coefficient_sets * slice;
-  // The source of the coefficients of 16 springs; a lane without a spring, and one with a torn spring, has k = c = 0.
+  // The source of the coefficients of 16 springs. A lane with no spring, or with a torn one, has k = c = 0.
   struct Source {
     std::array<double, slice> k{}, c{}, w_a{}, w_b{};
     bool operator==(const Source&) const = default;
@@ -49,7 +49,7 @@ class ColoursForm : public SweepForm<T> {
   struct Edits {
     static constexpr std::uint32_t nowhere = 0xffffffff;
     std::vector<std::uint32_t> lane_of;  // of each spring, or nowhere: between fixed ends
-    // There are as many sets as groups of 16 springs: one that shares its set finds one that is free.
+    // There are as many sets as groups of 16 springs, so that a group that leaves a shared set finds a free one.
     std::vector<std::uint32_t> set_of, users, free;
     std::vector<Source> sources;
     std::vector<std::uint8_t> is_made;  // of each set, while all are made again
@@ -62,7 +62,7 @@ class ColoursForm : public SweepForm<T> {
   void read_lane(const NetworkInput& in, std::size_t spring, std::size_t lane, Source& source) const noexcept;
   [[nodiscard]] Source source_of(const NetworkInput& in, std::size_t group) const noexcept;
   static void write(const Implicitness& of, const Source& source, T* set) noexcept;
-  // The sets of coefficients of all springs, equal ones once; places: where those of each 16 springs are.
+  // Returns the sets of coefficients of all springs, equal ones once. places: the position of the sets of each 16 springs.
   [[nodiscard]] const T* sets_by(const NetworkInput& in, const Implicitness& of, std::vector<std::uint32_t>& places,
                                  Columns<T>& columns) const;
   void copy_group(std::size_t group) noexcept;
@@ -72,7 +72,7 @@ class ColoursForm : public SweepForm<T> {
   void fill_records(SweepStep<T>& step, const SweepTerms<T>& its) const noexcept;
 
   ColourLayout layout_;
-  std::vector<std::uint32_t> coefficients_of_, coefficients_of_start_;  // what the terms point to
+  std::vector<std::uint32_t> coefficients_of_, coefficients_of_start_;  // the terms point to these
   ListLines lines_;                                                     // empty where the sweeps have none
   std::optional<Edits> edits_;
 };

@@ -11,17 +11,17 @@
 namespace dvdx {
 namespace {
 
-// The planes of a sheet's room. A spring that there is not is one of no force: E is 1, all else of it is 0.
+// The planes of a sheet's room. A missing spring is one without force: its E is 1, all else is 0.
 template <class T>
 struct LinePlanes {
-  T* u;        // three planes: unit vector; then what the spring moves its ends by
+  T* u;        // three planes: unit vector; then the force with which the spring moves its ends
   T* c;        // cosine with the spring before
-  T* kw_a;     // kt w_a; then E, what is left of it; then both of tension, over the length, for kt
-  T* kw_b;     // kt w_b; then what the next spring takes of it; then both of tension
-  T* r;        // residual; then what elimination leaves of it; then y, what lambda grows by
+  T* kw_a;     // kt w_a; then E over P; then the same two with gamma in place of kt
+  T* kw_b;     // kt w_b; then kt w_b over P; then the same two with gamma
+  T* r;        // residual; then r of the elimination; then y, the increment of lambda
   T* inverse;  // of the length
-  T* turn;     // three planes: what turns the spring; the first is the square of the sine with the spring before until then
-  T* steps;    // of each step along the rows: r, and what the next spring's y adds
+  T* turn;     // three planes: the turn of the spring; before it, the first holds the square of the sine with the spring before
+  T* steps;    // of each step along the rows: r, and the factor of the next spring's y; then the same of the turn
   std::ptrdiff_t plane;
 
   LinePlanes(const LineRoom& room, T* first) noexcept
@@ -45,7 +45,7 @@ struct LinePlanes {
   }
 };
 
-// Where a family's lines stand.
+// The positions of a family's lines.
 template <class T>
 struct LinesOfSheet {
   // From a particle to the next of its line; in the room, from a spring to the next and to the one before.

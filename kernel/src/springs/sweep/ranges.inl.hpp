@@ -22,7 +22,7 @@ template <class V>
   return {nth(0), nth(1), nth(2), nth(3), nth(4)};
 }
 
-// c + a b and c - a b, as the _where of simd/registers.hpp do: fast arithmetic alone rounds once.
+// c + a b and c - a b, rounded as by the _where functions of simd/registers.hpp: only fast arithmetic rounds once.
 template <Arithmetic arithmetic, class V>
 [[gnu::always_inline]] inline V add_at_once(V c, V a, V b) noexcept {
   if constexpr (arithmetic != Arithmetic::fast) return c + a * b;
@@ -34,7 +34,7 @@ template <Arithmetic arithmetic, class V>
   return fused_negative_multiply_add(a, b, c);
 }
 
-// Records are turned into lanes only where a spring's numbers meet: d for its length, and t on the way back.
+// Records are transposed to lanes only where a spring's numbers meet: d for its length, and t on the way back.
 template <class V, Damping damping, Visit visit, Arithmetic arithmetic>
 class RangeSweep {
  public:
@@ -42,11 +42,11 @@ class RangeSweep {
 
   explicit RangeSweep(const SweepTerms<T>& sweep) noexcept : sweep_(sweep), terms_(sweep.ranges) {}
 
-  // The next springs' ends are met while these are solved, which none of them shares: 8 to 10 % on AVX-512 in float32, 0 to 3 %
-  // where roots are estimates. Elsewhere registers are too few: it lost 2 to 5 %.
+  // Whether the next springs' ends, which the present springs do not share, are met while these are solved. It gains 8 to 10 %
+  // on AVX-512 in float32, 0 to 3 % where roots are estimates. Elsewhere registers are too few: it lost 2 to 5 %.
   static constexpr bool meets_ahead = sizeof(V) == 64 && sizeof(T) == 4;
 
-  // Springs that stand alike follow each other.
+  // Springs of one layout follow each other.
   [[gnu::always_inline]] void run(std::size_t from, std::size_t to) const noexcept {
     if constexpr (!holds_every_fourth<V>) {
       run_alike<RecordLayout::anywhere>(from, to);
@@ -104,7 +104,7 @@ class RangeSweep {
     to.path = from.path;
   }
 
-  // The records of both ends, as they stand.
+  // Loads the records of both ends, by their layout.
   template <RecordLayout layout>
   [[gnu::always_inline]] void load_ends(const T* records, std::size_t s, Records<V>& of_a, Records<V>& of_b) const noexcept {
     const std::uint32_t* const a = terms_.a + s;
@@ -157,7 +157,7 @@ class RangeSweep {
     ends.d = apart + moved;
     const Three<V> d = axes_of(ends.d);
     ends.r2 = dot<arithmetic>(d, d);
-    ends.path = ends.r2;  // not read where nothing damps
+    ends.path = ends.r2;  // not read without damping
     if constexpr (damping == Damping::along) ends.path = dot<arithmetic>(axes_of(path_of<layout>(s, moved)), d);
     return ends;
   }
@@ -192,7 +192,7 @@ class RangeSweep {
     return {is_sound, w_a * t, w_b * t};
   }
 
-  // Lanes that are not sound are left alone: all others are rounded as they are without them.
+  // Lanes that are not sound stay as they are. All others round as they do without them.
   template <RecordLayout layout>
   [[gnu::always_inline]] void move(std::size_t s, const Ends& ends, const Moves& by) const noexcept {
     const Records<V> t_a = records_of(by.a);
@@ -242,7 +242,7 @@ void keep_from_origin(const SweepTerms<Scalar<V>>& sweep, std::size_t from, std:
   }
 }
 
-// Where 16 records in a row begin.
+// The positions of 16 consecutive records.
 inline constexpr std::array<std::uint32_t, slice> in_a_row{0, 4, 8, 12, 16, 20, 24, 28, 32, 36, 40, 44, 48, 52, 56, 60};
 
 template <class V>

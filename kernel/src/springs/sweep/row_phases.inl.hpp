@@ -7,7 +7,7 @@
 namespace dvdx {
 namespace {
 
-// Rows that take turns in `phases` lines: a register of each line at a time, and what is left one by one.
+// Deals rows to `phases` lines: a register of each line at a time, then the remaining elements one by one.
 template <class V, std::size_t phases>
 void deal_rows(const Scalar<V>* row, const SheetRows& sheet, Scalar<V>* lines) noexcept {
   const std::size_t pitch = sheet.pitch;

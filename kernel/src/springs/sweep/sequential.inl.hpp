@@ -1,5 +1,5 @@
-// One visit of Gauss-Seidel sweeps over springs, wide: what strands, ranges and lines of springs share. The scalar twin:
-// sequential_reference.hpp; the method: springs/sweep/sweep_scheme.cpp.
+// One visit of Gauss-Seidel sweeps over springs, wide: the code that strands, ranges and lines of springs share. The scalar
+// twin: sequential_reference.hpp; the method: springs/sweep/sweep_scheme.cpp.
 #pragma once
 
 #include <cstddef>
@@ -15,14 +15,14 @@ struct Spring {
   V kappa, eta, l, inverse;
 };
 
-// Read from a spring's two ends, Three or Records of V: their shifts, and d with them. path: how far they move along d.
+// The values of a spring's two ends, Three or Records of V: their shifts, and d after these. path: the ends' path . d.
 template <class V, class Axes>
 struct Met {
   Axes shift_a, shift_b, d;
   V r2, path;
 };
 
-// more: of lambda. Each end's shift moves by -+ w t d. y: inverse length.
+// more: of lambda. The shift of each end changes by -+ w t d. y: inverse length.
 template <class V>
 struct Pull {
   Mask<V> is_sound;
@@ -30,7 +30,7 @@ struct Pull {
 };
 
 // A visit has three parts: meet the ends, solve, move the ends. One spring's chain of roundings takes longer than its
-// arithmetic: a core is kept busy by the parts of several that stand side by side.
+// arithmetic, so the parts of several springs stand side by side to keep a core busy.
 template <Damping damping, Arithmetic arithmetic, class V>
 [[gnu::always_inline]] inline Pull<V> solve(const Spring<V>& spring, V r2, V path, V lambda) noexcept {
   using T = Scalar<V>;
@@ -45,7 +45,7 @@ template <Damping damping, Arithmetic arithmetic, class V>
   return {is_sound, more, more * y, y};
 }
 
-// By what a spring at d moves its ends, if the force that its line gave it leads along the spring then. w: of both ends.
+// Returns the force that moves the ends of a spring at d when its line's force is redirected along it. w: w_a + w_b.
 template <Arithmetic arithmetic, class V>
 [[gnu::always_inline]] inline Three<V> redirected(const Three<V>& line_force, V line_force_d, const Three<V>& d, V w, V lambda,
                                                   const Pull<V>& pull) noexcept {
@@ -69,14 +69,14 @@ template <class V>
 [[gnu::always_inline]] inline void store_three(Scalar<V>* p, std::ptrdiff_t pitch, const Three<V>& value) noexcept {
   for (std::ptrdiff_t axis = 0; axis < 3; ++axis) store_lanes(p + axis * pitch, value.at[axis]);
 }
-// Their first n lanes.
+// Stores the first n lanes.
 template <class V>
 [[gnu::always_inline]] inline void store_three(Scalar<V>* p, std::ptrdiff_t pitch, const Three<V>& value,
                                                std::size_t n) noexcept {
   for (std::ptrdiff_t axis = 0; axis < 3; ++axis) store_first_lanes(p + axis * pitch, n, value.at[axis]);
 }
 
-// Where a register of springs stands: its ends, its columns, and how many of its lanes are springs.
+// The position of a register of springs: its ends, its columns, and how many of its lanes are springs.
 struct Place {
   std::size_t a, b, s, count;
 };
@@ -99,7 +99,7 @@ class MadeEach {
       : kappa_(sweep.kappa), eta_(sweep.eta), l_(sweep.l) {}
   [[gnu::always_inline]] Spring<V> at(std::size_t s, V inverse) const noexcept {
     const V kappa = load_lanes<V>(kappa_ + s);
-    V eta = kappa;  // not read where nothing damps
+    V eta = kappa;  // not read without damping
     if constexpr (damping == Damping::along) eta = load_lanes<V>(eta_ + s);
     return {kappa, eta, load_lanes<V>(l_ + s), inverse};
   }

@@ -17,10 +17,10 @@ struct Ends {
   Vector<T> apart;  // x_b - x_a before the sweeps
   Vector<T> u;      // v_b - v_a, where the springs damp
   Vector<T> shift_a, shift_b;
-  Vector<T> line_force{};  // where it is redirected
+  Vector<T> line_force{};  // if it is redirected
 };
 
-// By what a spring at d moves its ends, if the force that its line gave it leads along the spring then.
+// Returns the force that moves the ends of a spring at d when its line's force is redirected along it.
 template <Arithmetic arithmetic, class T>
 Vector<T> redirected(const Compliance<T>& spring, const Ends<T>& ends, const Vector<T>& d, T y, T lambda, T t) noexcept {
   const T turned = (T(0) - lambda) * y * (spring.w_a + spring.w_b);
@@ -220,7 +220,7 @@ void end_sweeps(const AlphaTerms<T>& alpha, const WorkColumns<T>& work, std::siz
       x = multiply_add<arithmetic>(alpha.x_b, b - a, x);
       const T dv = multiply_add<arithmetic>(alpha.v_b, b, alpha.v_a * a);
       v = v + dv;
-      a = b - b == T(0) ? b : T(0);  // what is not finite is not remembered
+      a = b - b == T(0) ? b : T(0);  // NaN must not enter the next sub-step
     }
   }
 }

@@ -46,7 +46,7 @@ class LineMeeting {
   }
 
  private:
-  // Elements of a line from the k-th on, where no spring begins.
+  // Marks the elements of a line from the k-th on as elements where no spring begins.
   [[gnu::always_inline]] void leave_out(std::size_t line, std::size_t k) const noexcept {
     planes_.leave_out(line - 1);
     for (; k < lines_.sheet.pitch; k += V::size) store_none(line + k);

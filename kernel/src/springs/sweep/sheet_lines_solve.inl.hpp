@@ -1,7 +1,7 @@
-// Lines of a sheet's springs, solved where their springs have met, wide: what lambda grows by, and how tense springs turn.
+// The solve of a sheet's lines of springs that have met, wide: the increments of lambda, and the turns of tense springs.
 //
-// Down the columns and along the diagonals a register of lines is eliminated row by row. Along the rows lines turn into lanes,
-// but only for the elimination.
+// Down the columns and along the diagonals a register of lines is eliminated row by row. Along the rows lines are transposed to
+// lanes, but only for the elimination.
 #pragma once
 
 #include <algorithm>
@@ -67,7 +67,7 @@ class LineTension {
         line_force_pitch_(sweep.line_force[1] - sweep.line_force[0]),
         visit_(visit) {}
 
-  // Whether any of them is tense.
+  // Adds y to lambda. Returns whether any spring is tense.
   bool take_up(std::size_t row, std::size_t phase, std::size_t from, std::size_t to) const noexcept {
     const LineStrand& strand = lines_.strand(row, phase);
     const std::size_t e = lines_.element(row, phase);
@@ -91,7 +91,7 @@ class LineTension {
     return any_lane<V>(any);
   }
 
-  // By what the springs before and behind pull both ends across.
+  // Finds the pull across each spring, at both ends, of the springs before and behind it.
   void pull_across(std::size_t row, std::size_t phase, std::size_t from, std::size_t to) const noexcept {
     const std::size_t e = lines_.element(row, phase);
     const std::size_t before = e + lines_.ways[phase].to_before;
@@ -104,8 +104,8 @@ class LineTension {
     });
   }
 
-  // u becomes what the spring moves its ends by, and is remembered where it is redirected. turns: whether planes hold what
-  // turns it.
+  // Replaces u by the force with which the spring moves its ends, and keeps it if it will be redirected. turns: whether the
+  // planes of `turn` hold a turn.
   void add_up(std::size_t row, std::size_t phase, std::size_t from, std::size_t to, bool turns) const noexcept {
     const std::size_t e = lines_.element(row, phase);
     const LineStrand& strand = lines_.strand(row, phase);
@@ -244,7 +244,7 @@ class SolveByRows {
   const LineTension<V, arithmetic>& tension_;
 };
 
-// Along the rows, as many as a register has lanes.
+// Along the rows, as many rows at a time as a register has lanes.
 template <class V, Arithmetic arithmetic>
 class SolveAlongRows {
  public:

@@ -1,5 +1,4 @@
-// Where sweeps begin, and what becomes of the shifts that they leave, wide: by theta, by generalized alpha. The scalar twin:
-// sequential_reference.hpp.
+// The operations before and after sweeps, wide: by theta, and by generalized alpha. The scalar twin: sequential_reference.hpp.
 #pragma once
 
 #include <array>
@@ -37,7 +36,7 @@ void move_origin(const std::array<Scalar<V>*, 3>& origin, const std::array<Scala
   }
 }
 
-// The factors stand in registers: stores may alias the terms.
+// The factors are copied to registers, as stores may alias the terms.
 template <class V, Arithmetic arithmetic>
 void begin_sweeps(const AlphaTerms<Scalar<V>>& alpha, const WorkColumns<Scalar<V>>& work, std::size_t from,
                   std::size_t to) noexcept {

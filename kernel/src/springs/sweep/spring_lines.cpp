@@ -9,47 +9,47 @@
 #include "topology/colouring.hpp"
 #include "work/columns.hpp"
 
-// A forward and a backward sweep leave a row of n stiff springs as soft as if each carried the force of about n of them: with
-// k T >> 1, T the square of the time that sweeps look ahead by (springs/sweep/sweep_scheme.cpp), what hangs on the row sinks by
-// g T times some power of n, whatever k is. Solved at once, a row holds what hangs on it. Springs j = 0..m-1 of a line join its
-// particles p_0..p_m; u_j their directions at the present shift, w_j the inverse mass of p_j, k_j = kappa + eta, c_j =
-// u_(j-1).u_j, g_j - lambda_j what a sweep's visit would leave of spring j. The y_j that are added to lambda solve
+// A forward and a backward sweep leave a row of n stiff springs as soft as if each carried the force of about n of them. With
+// k T >> 1, T the square of the time that sweeps look ahead by (springs/sweep/sweep_scheme.cpp), a load on the row sinks by
+// g T times some power of n, whatever k is. A row that is solved at once holds its load. Springs j = 0..m-1 of a line join its
+// particles p_0..p_m; u_j are their directions at the present shift, w_j is the inverse mass of p_j, k_j = kappa + eta,
+// c_j = u_(j-1).u_j, and g_j - lambda_j the residual of spring j in a sweep's visit. The y_j that are added to lambda solve
 //   (1/k_j + w_j + w_(j+1)) y_j - w_j c_j y_(j-1) - w_(j+1) c_(j+1) y_(j+1) = (g_j - lambda_j)/k_j
 // and move each particle by  w_j (y_(j-1) u_(j-1) - y_j u_j): forces along springs, so that both momenta are kept as sweeps
-// keep them. This is a block of a symmetric block Gauss-Seidel: with families of lines to and fro between the sweeps, S = -G
-// x_f still has a symmetric G between 0 and 1, and what springs/sweep/sweep_scheme.cpp says of linear springs holds.
+// keep them. This is a block of a symmetric block Gauss-Seidel. With families of lines to and fro between the sweeps,
+// S = -G x_f still has a symmetric G between 0 and 1, and the results of springs/sweep/sweep_scheme.cpp on linear springs hold.
 //
 // Elimination from one end, each row times k_j. The spring before leaves the share L of a particle's w, so that
 //   left_j = L w_j,   p_j = 1/k_j + left_j + w_(j+1),   L_(j+1) = 1 - w_(j+1) c_(j+1)^2 / p_j
-// in which no digit must be lost: w may span many orders of magnitude, with a heavy load on light links. With
-// s_j^2 = 1 - c_j^2 = |u_j - c_j u_(j-1)|^2, all of it is sums and products of what is not negative, each over P_j = k_j p_j:
+// No digit may be lost here: w may span many orders of magnitude, with a heavy load on light links. With
+// s_j^2 = 1 - c_j^2 = |u_j - c_j u_(j-1)|^2, all terms are sums and products of numbers >= 0, each over P_j = k_j p_j:
 //   E_j = 1 + k_j w_j L_j     P_j = E_j + k_j w_(j+1)     L_(j+1) = E_j / P_j + (k_j w_(j+1) / P_j) s_(j+1)^2
 //   r_j = (g_j - lambda_j + k_j w_j c_j r_(j-1)) / P_j    y_j = r_j + (k_j w_(j+1) / P_j) c_(j+1) y_(j+1)
-// P_j >= 1: no pivot, and float32 holds. A spring without length, torn, or at a bad particle has u = 0 and k = 0: E = P = 1,
-// L = 1, y = 0, and the line goes on behind it as if it began there. A fixed particle cuts it likewise: w = 0.
+// P_j >= 1, so no pivot is needed, and float32 suffices. A spring without length, torn, or at a bad particle has u = 0 and
+// k = 0: E = P = 1, L = 1, y = 0, and the line goes on behind it as if it began there. A fixed particle (w = 0) cuts it too.
 //
-// Tension turns springs. At fixed directions it would act across a line as it stands before the sub-step, by up to 4 gamma w
-// times that, gamma_j = max(0, -lambda_j)/r_j: a rope of light links with a load on it would zigzag for ever, and hang 33 m too
-// deep. So what moves the ends of a spring across it is eased by the stiffness of tension, solved along the line as y is, with
-// the same elimination at c = 1: impulses q_j of a spring on its ends besides y_j u_j,
+// Tension turns springs. At fixed directions it would act on the bends that a line has before the sub-step, and move it by up
+// to 4 gamma w times these, gamma_j = max(0, -lambda_j)/r_j: a rope of light links with a load on it would zigzag for ever,
+// and hang 33 m too deep. So the motion of a spring's ends across it is eased by the stiffness of tension. It is solved along
+// the line as y is, with the same elimination at c = 1. With q_j the impulses of a spring on its ends besides y_j u_j,
 //   (1 + gamma_j (w_j + w_(j+1))) q_j - gamma_j w_j q_(j-1) - gamma_j w_(j+1) q_(j+1)
 //     = gamma_j (w_j y_(j-1) (u_(j-1) - c_j u_j) + w_(j+1) y_(j+1) (u_(j+1) - c_(j+1) u_j))
-// so that a spring's force leads where the spring leads then. Where gamma_j (w_j + w_(j+1)) is not above least_turning, gamma_j
-// is taken as 0: what is stable at fixed directions pays nothing.
+// A spring's force then points along the turned spring. If gamma_j (w_j + w_(j+1)) is not above least_turning, gamma_j is
+// taken as 0: springs that are stable at fixed directions cost nothing more.
 //
-// The force of a line's spring leads where the spring leads when the line is solved. Lines of other families then move its
-// particles across it, by up to gamma w times as much as they are off: a sheet that falls into place from flat swings about its
-// corners for ever. So where a sheet's springs turn far under their load, what lines gave a spring, y u + q in all of their
-// solves, is kept as a vector f, and the spring's backward visit redirects it: with u the direction then, f - (f.u) u is taken
-// away, eased as one spring's turn is, by 1 / (1 + gamma (w_a + w_b)). To first order force and spring are parallel after the
-// visit. A pressed spring's f is redirected too where it would turn the spring by less than half of what it is off. Beyond that
-// the spring buckles, and f that follows it gives energy (8 of 224 random sheets gained up to two of their weight times their
-// side; 0 of 372 without). Measured on sheets from flat: forces of the forward sweep need none of it; f that is redirected only
-// where it is near the spring, or only under tension, leaves sheets swinging; f that is taken back for the spring to be solved
-// anew explodes from sides of 48 on.
+// The force of a line's spring points along the spring at the time when the line is solved. Lines of other families then move
+// its particles across it, by up to gamma w times as much as they are off: a sheet that falls into place from flat swings about
+// its corners for ever. So if a sheet's springs turn far under their load, the force that lines gave a spring, y u + q in all
+// of their solves, is kept as a vector f. The spring's backward visit redirects it: with u the direction then, f - (f.u) u is
+// taken away, eased as one spring's turn is, by 1 / (1 + gamma (w_a + w_b)). To first order force and spring are parallel after
+// the visit. A pressed spring's f is redirected too if it would turn the spring by less than half of its offset. Beyond that
+// the spring buckles, and an f that follows it gives energy (8 of 224 random sheets gained up to two of their weight times
+// their side; 0 of 372 without). Measured on sheets from flat: forces of the forward sweep need no redirection. Sheets keep
+// swinging if f is redirected only where it is near the spring, or only under tension. They explode from sides of 48 on if f is
+// taken back and the spring is solved anew.
 //
-// Sheets take the families V H D D' H V and the diagonals' second once; all others take all of theirs to and fro, so that no
-// line's bits depend on families that it does not touch.
+// Sheets take the families V H D D' D H V: the second diagonals come once. All others take all of theirs to and fro, so that
+// no line's bits depend on families that it does not touch.
 
 namespace dvdx {
 namespace {
@@ -124,7 +124,7 @@ struct Line {
   std::vector<std::uint32_t> particles, springs;
 };
 
-// Which spring goes on from which.
+// The spring that continues each spring at either end.
 class Continuations {
  public:
   // is_swept: of each spring.
@@ -146,13 +146,13 @@ class Continuations {
 
  private:
   static constexpr double straight = -0.6;  // cosine between the directions that lead away
-  static constexpr std::size_t most = 64;   // springs at a particle that are looked at
+  static constexpr std::size_t most = 64;   // springs at a particle that are considered
 
   void join(std::uint32_t particle, std::uint32_t s, std::uint32_t t) {
     next_[s][springs_[s].a == particle ? 0 : 1] = t;
     next_[t][springs_[t].a == particle ? 0 : 1] = s;
   }
-  // A particle of two springs is a rope's, whichever way it is laid out.
+  // A particle with two springs belongs to a rope, whichever way it is laid out.
   void pair_at(std::uint32_t i, std::span<const std::uint32_t> at) {
     if (at.size() == 2 && other_end(at[0], i) != other_end(at[1], i)) return join(i, at[0], at[1]);
     if (at.size() > most) at = at.first(most);
@@ -184,7 +184,7 @@ class Continuations {
     if (!(square > 0) || !std::isfinite(square)) return cosine_at_rest(i, s, t);
     return dot(d, e) / std::sqrt(square);
   }
-  // The cosine by the triangle that a third spring closes.
+  // Returns the cosine by the rest lengths of the triangle that a third spring closes.
   [[nodiscard]] std::optional<double> cosine_at_rest(std::uint32_t i, std::uint32_t s, std::uint32_t t) const {
     const std::uint32_t from = other_end(s, i);
     const std::uint32_t to = other_end(t, i);
@@ -202,7 +202,7 @@ class Continuations {
   std::vector<std::array<std::uint32_t, 2>> next_;
 };
 
-// Walks from spring to spring, and cuts where a line comes back to a particle of its own.
+// Walks from spring to spring, and cuts a line where it returns to one of its own particles.
 class LineWalk {
  public:
   LineWalk(std::span<const JoinedPair> springs, const Continuations& by, std::size_t particles)
@@ -218,7 +218,7 @@ class LineWalk {
       }
     }
   }
-  // One spring by itself is solved as a visit solves it: it is no line.
+  // A single spring is no line: a visit solves it just as well.
   [[nodiscard]] std::vector<Line> lines() && {
     std::erase_if(lines_, [](const Line& line) { return line.springs.size() < 2; });
     return std::move(lines_);

@@ -1,5 +1,5 @@
-// Lines of springs that `sequential` solves at once between its sweeps: which there are, in families that share no particle,
-// and how a pass finds their particles and springs.
+// Lines of springs that `sequential` solves at once between its sweeps: the lines, in families that share no particle, and how
+// a pass finds their particles and springs.
 #pragma once
 
 #include <cstddef>
@@ -13,14 +13,14 @@
 
 namespace dvdx {
 
-// Where lines of springs are solved, each task in a room of its own.
+// Memory in which lines of springs are solved, a room for each task.
 template <class T>
 struct WorkRooms {
   T* first = nullptr;
   std::size_t each = 0, count = 0;
 };
 
-// Memory that bundles are solved in, one after the other in each room.
+// The rooms that lines need. Bundles are solved in a room one after the other.
 struct LineRooms {
   std::size_t count = 0, each = 0;  // each: numbers
   bool operator==(const LineRooms&) const = default;
@@ -41,8 +41,8 @@ class LineVisits {
   std::size_t families_, count_;
 };
 
-// By how far springs turn in a sub-step under their load (SweepEstimate::turning). Up to the first of them a net comes to rest
-// by forces that stay, up to the second a sheet by redirected ones. Beyond the third these swing faster than those that stay.
+// Limits of how far springs turn in a sub-step under their load (SweepEstimate::turning). Up to the first a net comes to rest
+// by forces that stay. Up to the second a sheet rests by redirected ones. Beyond the third these swing faster than the former.
 inline constexpr double most_turning_that_stays = 2;
 inline constexpr double most_turning_redirected = 7;
 inline constexpr double most_turning_to_redirect = 14;
@@ -79,11 +79,11 @@ struct ListLines {
   [[nodiscard]] std::size_t bytes() const noexcept;
 };
 
-// rows: of all sheets. strands: all that the sheets have room for.
+// rows: of all sheets. strands: all that the sheets have room for, with or without springs.
 SheetLines lines_of_sheets(const ParticleOrder& order, std::size_t rows, std::size_t columns, std::size_t sheet_rows,
                            std::span<const GridDirection> directions, std::span<const Strand> strands);
 
-// The lines of any springs: those that go on straightest from each other at the start. spring_at: of each lane.
+// The lines of any springs. At each particle the straightest pairs at the start go on from each other. spring_at: of each lane.
 ListLines lines_of_list(std::span<const JoinedPair> springs, std::span<const Vec3> start, const ParticleOrder& order,
                         std::span<const std::uint32_t> spring_at);
 

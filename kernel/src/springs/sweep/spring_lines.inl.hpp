@@ -17,8 +17,8 @@ struct LineSpring {
   V kappa, eta, l, lambda;
 };
 
-// One line in each lane, whose particles are read in records. It is asked for particles and springs in ascending order, and
-// then for shifts and lambdas in descending order.
+// One line in each lane. Particles are read in records. First particles and springs are asked for in ascending order, then
+// shifts and lambdas in descending order.
 template <class V>
 class LinesInLanes {
  public:
@@ -82,7 +82,7 @@ class LinesInLanes {
   [[nodiscard]] const std::uint32_t* places(std::size_t first, std::size_t j) const noexcept {
     return sweep_.lines.places + first + j * slice + lane_;
   }
-  // That have a particle j.
+  // Calls use(n) for the lanes n whose line has a particle j.
   template <class Use>
   [[gnu::always_inline]] void for_each_lane(std::size_t j, const Use& use) const noexcept {
     const std::size_t lanes = std::min(std::max<std::size_t>(bundle_.lanes, lane_) - lane_, V::size);
@@ -110,7 +110,7 @@ class LinesInLanes {
 
 // ---- the solve --------------------------------------------------------------------------------------------------------------
 
-// A register of lines. Elimination is a chain of roundings from spring to spring: several registers go side by side.
+// Solves a register of lines. Elimination is a chain of roundings from spring to spring, so several registers go side by side.
 template <class V, Arithmetic arithmetic>
 class LineSolve {
  public:
@@ -173,7 +173,7 @@ class LineSolve {
     store_lanes(at(length - 1, 4), V(T(0)));
     r_ = V(T(0));  // y of the spring behind
   }
-  // lambda grows by y. Then y is in the place of r, and the tension over the length in that of the inverse length.
+  // Adds y to lambda. Stores y in the place of r, and the tension over the length in that of the inverse length.
   [[gnu::always_inline]] void substitute(std::size_t j) noexcept {
     r_ = multiply_add<arithmetic>(load_lanes<V>(at(j, 4)), r_, load_lanes<V>(at(j, 3)));
     store_lanes(at(j, 3), r_);
@@ -188,7 +188,7 @@ class LineSolve {
     u_ = three<V>(V(T(0)));
     E_ = V(T(1));
   }
-  // u_: what the turn of the spring before leaves.
+  // u_: the turn of the spring before.
   [[gnu::always_inline]] void eliminate_turn(std::size_t j, std::size_t length) noexcept {
     const V zero(T(0));
     const V gamma = load_lanes<V>(at(j, 5));
@@ -222,7 +222,7 @@ class LineSolve {
   static constexpr std::ptrdiff_t axes_apart = slice;  // in the room
 
   [[nodiscard]] T* at(std::size_t j, std::size_t n) const noexcept { return room_ + j * line_room + n * slice; }
-  // By what another spring's y pulls an end of spring j across it.
+  // Returns the pull of another spring's y on an end of spring j, across spring j.
   [[gnu::always_inline]] Three<V> pulled_across(std::size_t j, std::size_t other, V kw) const noexcept {
     const Three<V> u = load_three<V>(at(j, 0), axes_apart);
     const Three<V> u_other = load_three<V>(at(other, 0), axes_apart);
@@ -237,8 +237,8 @@ class LineSolve {
   const SweepTerms<T>& sweep_;
   LinesInLanes<V> source_;
   T* room_;
-  LineParticle<V> a_;  // where the next spring begins
-  Three<V> u_, q_;     // of the spring before; on the way back, its force, and what turning adds to it
+  LineParticle<V> a_;  // the first particle of the next spring
+  Three<V> u_, q_;     // of the spring before; on the way back, its force, and the turn's share of it
   V r_, kw_, E_;       // of the spring before
   bool any_is_tense_ = false;
 };

@@ -110,7 +110,7 @@ class SheetLine {
     return {kappa, eta, l, sweep_.inverse[s] != 0};
   }
   [[nodiscard]] T& lambda(std::size_t j) const noexcept { return sweep_.lambda[spring_place(j)]; }
-  // Where forces are redirected.
+  // Keeps the force, if forces are redirected.
   void remember(std::size_t j, const Vector<T>& force) const noexcept {
     if (sweep_.line_force[0] == nullptr) return;
     for (std::size_t axis = 0; axis < 3; ++axis) {
@@ -151,7 +151,7 @@ class SheetLine {
   T* room_;
 };
 
-// How tense springs turn: eliminates q.
+// Eliminates q, the turns of tense springs.
 template <class T, Arithmetic arithmetic, class Line>
 void turn_line(const Line& line, std::size_t springs) noexcept {
   Vector<T> turn_before{};
@@ -277,7 +277,7 @@ void solve_lines(const SweepTerms<T>& sweep, const WorkColumns<T>& work, std::si
   }
 }
 
-// All of it in one stage.
+// Runs all three stages in LineStage::solve.
 template <class T, Arithmetic arithmetic>
 void solve_sheet_lines(const SweepTerms<T>& sweep, const WorkColumns<T>& work, const LinePart& part, T* room) noexcept {
   if (part.stage != LineStage::solve) return;

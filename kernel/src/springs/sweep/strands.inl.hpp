@@ -9,7 +9,7 @@
 namespace dvdx {
 namespace {
 
-// The strands of one turn. It has pointers of its own: those in the terms would be read again after each store.
+// Sweeps the strands of one turn. It has pointers of its own, as those in the terms would be read again after each store.
 template <class V, template <class, Damping> class Made, Damping damping, Visit visit, Arithmetic arithmetic>
 class TurnSweep {
  public:
@@ -29,7 +29,7 @@ class TurnSweep {
         made_(sweep, family),
         h_(sweep.h) {}
 
-  // Two registers of springs at a time, of one strand or of two: none of a turn's springs shares a particle with another.
+  // Takes two registers of springs at a time, of one strand or of two: no two springs of a turn share a particle.
   [[gnu::always_inline]] void run(const Strand* strand, const Strand* end, std::ptrdiff_t step) const noexcept {
     std::size_t k = 0;
     const auto next = [&](Place& place) {
@@ -68,7 +68,7 @@ class TurnSweep {
     const Three<V> moved = ends.shift_b - ends.shift_a;
     ends.d = apart + moved;
     ends.r2 = dot<arithmetic>(ends.d, ends.d);
-    ends.path = ends.r2;  // not read where nothing damps
+    ends.path = ends.r2;  // not read without damping
     if constexpr (damping == Damping::along) {
       const Three<V> u = load_three<V>(v_ + at.b, pitch_) - load_three<V>(v_ + at.a, pitch_);
       ends.path = dot<arithmetic>(multiply_add<arithmetic>(h_, u, moved), ends.d);
@@ -113,7 +113,7 @@ class TurnSweep {
   }
 
   [[gnu::always_inline]] void store_shifts(const Place& at, const Three<V>& a, const Three<V>& b) const noexcept {
-    if (at.count < V::size) {  // what lies beyond the strand may be the next line's, and in flight
+    if (at.count < V::size) {  // lanes beyond the strand may be of the next line, and in flight
       store_three<V>(shift_ + at.a, pitch_, a, at.count);
       store_three<V>(shift_ + at.b, pitch_, b, at.count);
     } else {
@@ -143,7 +143,7 @@ void sweep_turn(const SweepTerms<Scalar<V>>& sweep, const WorkColumns<Scalar<V>>
 template <class V, Arithmetic arithmetic>
 void sweep_strands(const SweepTerms<Scalar<V>>& sweep, const WorkColumns<Scalar<V>>& work, Visit visit, std::size_t from,
                    std::size_t to) noexcept {
-  if (from == to) return;  // of a sheet without springs there are no strands to point to
+  if (from == to) return;  // a sheet without springs has no strands to point to
   const auto sweep_by = [&]<Damping damping, Visit v>() {
     const std::ptrdiff_t step = from < to ? 1 : -1;
     const Strand* strand = from < to ? sweep.strands + from : sweep.strands + from - 1;

@@ -50,7 +50,7 @@ StrandsForm<T>::StrandsForm(const NetworkInput& in, const ListSheet& sheet, Colu
 
 // ---- layout -----------------------------------------------------------------------------------------------------------
 
-// Sheet by sheet, in bands of rows, and in each the directions one after the other.
+// Adds strands sheet by sheet, in bands of rows, and in each band direction by direction.
 template <class T>
 void StrandsForm<T>::lay_out(const NetworkInput& in, std::size_t rows_of_all, std::size_t columns, std::size_t sheet_rows) {
   const std::size_t band = rows_of_band(columns);
@@ -70,7 +70,7 @@ void StrandsForm<T>::lay_out(const NetworkInput& in, std::size_t rows_of_all, st
   this->terms.sheet_lines = lines_.terms();
 }
 
-// The strands of one direction that begin in some of a sheet's rows, in groups that share no particle.
+// Adds the strands of one direction that begin in some of a sheet's rows, in turns whose strands share no particle.
 template <class T>
 void StrandsForm<T>::add_strands(const ParticleOrder& order, std::size_t columns_of_sheet, const Rows& sheet,
                                  std::size_t family, const Rows& rows) {
@@ -83,7 +83,7 @@ void StrandsForm<T>::add_strands(const ParticleOrder& order, std::size_t columns
     const std::ptrdiff_t other = (phase + d.right + phases) % phases;
     const std::ptrdiff_t ahead = (phase + d.right - other) / phases;
     const std::ptrdiff_t first = ahead < 0 ? -ahead : 0;
-    // columns phases k + phase, and phases (k + ahead) + other of the other end, both in the grid
+    // The first end stands in column phases k + phase, the other one in phases (k + ahead) + other. Both must be in the grid.
     const std::ptrdiff_t end_a = (columns - phase + phases - 1) / phases;
     const std::ptrdiff_t end_b = (columns - other + phases - 1) / phases - ahead;
     const std::ptrdiff_t count = std::min(end_a, end_b) - first;
@@ -99,7 +99,7 @@ void StrandsForm<T>::add_strands(const ParticleOrder& order, std::size_t columns
                         .turn = number});
     springs_ += (static_cast<std::size_t>(count) + slice - 1) / slice * slice;
   };
-  // Along a row phases that are `right` apart take turns; down the columns rows that are `down` apart do.
+  // Along a row, phases `right` apart take turns. Down the columns, rows `down` apart do.
   const std::size_t turns = 2;
   for (std::size_t turn = 0; turn < turns; ++turn) {
     ++number;
@@ -113,7 +113,7 @@ void StrandsForm<T>::add_strands(const ParticleOrder& order, std::size_t columns
   }
 }
 
-// The spring of each lane of the strands, or none.
+// Finds the spring of each lane of the strands, or none.
 template <class T>
 void StrandsForm<T>::place_springs(const NetworkInput& in) {
   std::vector<std::uint32_t> particle_of(in.order.size);
@@ -184,7 +184,7 @@ const T* StrandsForm<T>::inverses_by(const Implicitness& of, const T* w, Columns
   return inverse;
 }
 
-// Torn springs have no coefficient: no sweep moves anything by them.
+// A torn spring has the coefficient 0, by which no sweep moves anything.
 template <class T>
 void StrandsForm<T>::tear(const NetworkInput& in, const GridSpring& spring) noexcept {
   const std::uint32_t a = in.order.of[spring.row * row_ + spring.column];
@@ -197,7 +197,7 @@ void StrandsForm<T>::tear(const NetworkInput& in, const GridSpring& spring) noex
   }
 }
 
-// A grid's torn springs have no coefficient, and keep none.
+// The coefficient of a grid's torn spring is 0, and stays so.
 template <class T>
 void StrandsForm<T>::set_mass(const NetworkInput& in, std::size_t particle, const T* w) noexcept {
   if (in.rates != nullptr) {
@@ -229,7 +229,7 @@ auto StrandsForm<T>::source_of(const NetworkInput& in, std::size_t spring) noexc
   return {k, c, in_T(in.w[a]) + in_T(in.w[b])};
 }
 
-// Most lanes follow some that are alike.
+// Most lanes have the values of the lane before. Their coefficients are made once.
 template <class T>
 void StrandsForm<T>::write_lanes(const NetworkInput& in, std::size_t first, std::span<const LaneSource> lanes) noexcept {
   const SweepImplicitness of = implicitness(in);
@@ -316,7 +316,7 @@ void StrandsForm<T>::sweep(SweepStep<T>& step, const SweepTerms<T>& its) const n
   if (sheets() == 1) send(step.exchange, halo_of(step.work.shift, step.particles.of.data()));
 }
 
-// Families one after the other, forwards and backwards: the sub-step stays its own mirror image.
+// Families are solved one after the other, forwards and backwards, so that the sub-step stays its own mirror image.
 template <class T>
 void StrandsForm<T>::solve_lines(const SweepStep<T>& step, const SweepTerms<T>& its) const noexcept {
   const LineVisits visits = lines_.visits();

@@ -21,8 +21,8 @@ class StrandsForm : public SweepForm<T> {
   StrandsForm(const NetworkInput& in, const Grid& grid, std::size_t sheet_rows, const T* w, Columns<T>& columns);
   StrandsForm(const NetworkInput& in, const ListSheet& sheet, Columns<T>& columns);
 
-  // Bands of even number first: none of them shares a particle with another. Backwards in just the opposite order, so that each
-  // band of odd number goes through both sweeps while it is in cache. its: the terms, or those of the start, in a workspace.
+  // Bands of even number come first: no two of them share a particle. The backward sweep has just the opposite order, so that
+  // each odd band goes through both sweeps while it is in cache. its: the terms, or those of the start, in a workspace.
   void sweep(SweepStep<T>& step, const SweepTerms<T>& its) const noexcept;
   [[nodiscard]] std::size_t sheets() const noexcept { return sheets_.size() - 1; }
   [[nodiscard]] SweepRoom sweep_room(bool may_share_work) const noexcept;
@@ -42,7 +42,7 @@ class StrandsForm : public SweepForm<T> {
   [[nodiscard]] std::size_t bytes() const noexcept;
 
  private:
-  // The source of a lane's coefficients: all 0 where it holds no spring, k and c where that is torn. Such a lane moves nothing.
+  // The source of a lane's coefficients: all 0 if it has no spring, k and c 0 if that is torn. Such a lane moves nothing.
   struct LaneSource {
     double k = 0, c = 0;  // N/m, kg/s
     double w = 0;         // 1/kg of both ends, each as T holds it
@@ -75,12 +75,12 @@ class StrandsForm : public SweepForm<T> {
   SheetLines lines_;                       // empty where the sweeps have none
   std::size_t springs_ = 0;                // columns of lambda
 
-  // Where it is a grid.
+  // For a grid.
   std::vector<Material<T>> materials_, materials_of_start_;
   std::size_t row_ = 0;  // particles
   double damping_ = 0;
 
-  // Where it is a list.
+  // For a list.
   std::vector<std::uint32_t> spring_at_;  // the spring of each lane, or no_spring
   std::vector<std::uint32_t> lane_of_;    // of each spring, once it is changed
   std::vector<LaneSource> sources_;       // of each lane, likewise

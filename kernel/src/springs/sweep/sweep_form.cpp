@@ -1,7 +1,7 @@
 #include "springs/sweep/sweep_form.hpp"
 
-// The equation that the sweeps solve, and the use of its solution: springs/sweep/sweep_scheme.cpp. They visit one spring after
-// the other, each of which moves its ends by  -+ w n d_lambda:
+// The equation that the sweeps solve, and the use of its solution: springs/sweep/sweep_scheme.cpp. Sweeps visit one spring
+// after the other. A visit moves the spring's ends by  -+ w n d_lambda:
 //   d_lambda = -(kappa C + eta n.moved + lambda) / (1 + (kappa + eta) (w_a + w_b))
 
 namespace dvdx {

@@ -4,57 +4,57 @@
 #include <cmath>
 
 // Sweeps solve, with s the sub-step,
-//   lambda = the force along a spring times t^2,   C = r - l,   lambda = -(k t^2 C + c e n.(moved by h v))
-// by moving particles. The rest is what theta and generalized alpha make of the total shift S, the force times t^2.
+//   lambda = the force along a spring times t^2,   C = r - l,   lambda = -(kappa C + eta n.(moved by h v))
+// by moving particles. Theta and generalized alpha make the motion of the sub-step from the total shift S, the force times t^2.
 //
-// Theta: t = e = h, the part theta s that has passed. Over the whole sub-step
+// Theta: t = e = h = theta s, the part of the sub-step that has passed. Over the whole sub-step
 //   v += S / (theta^2 s),   x += (2 theta - 1) / theta^2 S
-// before the flow over what remains of it. theta = 1/2: a pulse at the middle that depends on the positions there alone, so
-// that the step is its own inverse with -s, and so of second order; with a forward and a backward sweep its matrix is symmetric
-// and below 4/s^2, so that linear networks are stable at every step. theta = 1 and forward sweeps: extended position-based
+// before the flow over the rest of it. theta = 1/2: the springs act in a pulse at the middle, which depends on the positions
+// there alone. So the step is its own inverse with -s, and of second order. With a forward and a backward sweep its matrix is
+// symmetric and below 4/s^2, so linear networks are stable at every step. theta = 1 and forward sweeps: extended position-based
 // dynamics in small steps (Macklin et al. 2019), of first order and damped. Below 0.7 a cloth that crumples may gain energy:
 // the sweeps' error turns with the springs, which no linear network shows.
 //
-// Generalized alpha (Chung and Hulbert, J. Appl. Mech. 60 (1993) 371) is of second order and damps what the sub-step does not
-// resolve, by rho a sub-step. With a, b the springs' accelerations at the sub-step's start and end, and both ends of the mean:
+// Generalized alpha (Chung and Hulbert, J. Appl. Mech. 60 (1993) 371) is of second order. It damps motion that the sub-step
+// does not resolve, by rho a sub-step. With a, b the springs' accelerations at the sub-step's start and end, and f their mean:
 //   alpha b + (1 - alpha) a = f(x_f, v_f)                    alpha = (2 - rho) / (1 + rho)
 //   v' = v + s ((1 - gamma) a + gamma b)                     gamma = (3 - rho) / (2 (1 + rho))
 //   x' = x + s v + s^2 ((1/2 - beta) a + beta b)             beta  = 1 / (1 + rho)^2
-// f is of the point 1/(1 + rho) of the way from x to x'. Here everything else flows over s/2 before the springs and s/2 after
-// them, which makes s v and half of s^2 of the change of v. From the middle the point x_f is
+// f is taken at the point 1/(1 + rho) of the way from x to x'. Here all other motion flows over s/2 before the springs and over
+// s/2 after them. These flows move x by s v and by s/2 times the change of v. From the middle the point x_f is
 //   x + sigma s v + tau s^2 a + T f,   sigma = (1 - rho) / (2 (1 + rho)),   T = s^2 / ((1 + rho)^2 (2 - rho)),
 //   tau = (1/2 - 1 / ((1 + rho) (2 - rho))) / (1 + rho)
-// so that t^2 = T, the sweeps begin with the shift P = sigma s v + tau s^2 a, and leave S = T f besides. The rest of x' is
+// So t^2 = T. The sweeps begin with the shift P = sigma s v + tau s^2 a, and add S = T f to it. The rest of x' is
 // x += sigma^2 s^2 (b - a). The velocity at that point is v + nu s a + e/T S,  e = gamma s / (2 - rho),
-// nu = 1 / (1 + rho) - gamma / (2 - rho): damping sees the path (T/e) (v + nu s a) + S, which counted with P is
+// nu = 1 / (1 + rho) - gamma / (2 - rho). Damping sees the path (T/e) (v + nu s a) + S. In terms of shift = P + S it is
 //   h (v + u_a a) + shift,   h = T/e - sigma s,   u_a = ((T/e) nu s - tau s^2) / h
 // rho = 1 is theta 1/2. Undamped linear springs are stable at every step: sweeps to and fro leave S = -G x_f with a symmetric
-// G between 0 and 1, as softer springs would that were solved exactly.
+// G between 0 and 1, like softer springs that are solved exactly.
 //
-// Steps that change. Springs that the sweeps do not solve have a G that hardly depends on T, and the stiffness G/T. With T of
-// each sub-step it would change by the square of the step's ratio: a chain whose steps alternate 1:2 grows by up to 1.012 a
-// sub-step, 1:4 by 1.46, and its rest would depend on the step. So T and e are those of the longest sub-step s_ref for every
-// sub-step, kappa = k T, eta = c e_ref are made once, and f = S/T is one force law: the scheme is the explicit generalized
-// alpha (Hulbert and Chung, Comput. Methods Appl. Mech. Eng. 137 (1996) 175) on springs no stiffer than it takes at s_ref. All
-// else is of the sub-step s that is taken. With q = T/e_ref,
+// Steps that change. Springs that the sweeps do not solve have a G that hardly depends on T, and so the stiffness G/T. If each
+// sub-step had its own T, the stiffness would change by the square of the steps' ratio: a chain whose steps alternate 1:2 grows
+// by up to 1.012 a sub-step, 1:4 by 1.46, and its rest would depend on the step. So all sub-steps take T and e of the longest
+// sub-step s_ref. kappa = k T and eta = c e_ref are made once, and f = S/T is one force law. The scheme is then the explicit
+// generalized alpha (Hulbert and Chung, Comput. Methods Appl. Mech. Eng. 137 (1996) 175) on springs no stiffer than it takes at
+// s_ref. All other terms follow the sub-step s that is taken. With q = T/e_ref,
 //   h = q - sigma s,   u_a = (q (nu s + e - e_ref) - tau s^2) / h
-// where e - e_ref keeps damping of second order. Sub-steps longer than s_ref there are none: a longer step is cut into more.
-// Where steps vary T is 1.5 times as long: in a search of all patterns of 1 to 5 sub-steps of 0.12 to 1 s_ref the worst mode of
-// rho 0 grows by 1.089 a sub-step at 1, by 1.018 at 1.5; and rho has no shelf, on which soft sheets heat.
+// where e - e_ref keeps damping of second order. No sub-step is longer than s_ref: a longer step is cut into more sub-steps.
+// If steps vary, T is 1.5 times as long: in a search of all patterns of 1 to 5 sub-steps of 0.12 to 1 s_ref the worst mode of
+// rho 0 grows by 1.089 a sub-step at 1, by 1.018 at 1.5. And rho then has no shelf, on which soft sheets would gain energy.
 //
-// A sub-step that has no a to start from is a theta scheme with 0.7, which heats in 2 of 420 runs if every sub-step is one, in
-// the same form: a = 0, T = theta^2 s_ref^2, P = (theta - 1/2) s v, v += s b and x += (theta - 1/2) s^2 b. A force made from
-// the positions would not do: they hold what the sweeps left unsolved, times k.
+// A sub-step without an a to start from is a theta scheme with 0.7, in the same form: a = 0, T = theta^2 s_ref^2,
+// P = (theta - 1/2) s v, v += s b and x += (theta - 1/2) s^2 b. It gains energy in 2 of 420 runs if every sub-step is one. A
+// force made from the positions cannot replace a: it holds k times what the sweeps left unsolved.
 
 namespace dvdx {
 namespace {
 
 constexpr double theta_of_start = 0.7;
 
-// The rho that gives no energy to crumpling cloth, and the one that resolves motion, by z = frequency * sub-step. Sheets that
-// were thrown, kicked and bounced at a fixed rho heat from about z = 2 on at 0.7, 5 at 0.6, 7 at 0.5 and 10 at 0.4, far beyond
-// that at 0.3 too; and theta 1/2 is 1.25 times as accurate where rho is 0.57 at z = 3.7. Hence two falls, with a shelf between
-// them. At 0.2 a sheet whose pins are driven hard keeps swinging for ever, at 0 it comes to rest.
+// rho resolves motion where z = frequency * sub-step is small, and gives no energy to crumpling cloth where it is large. Sheets
+// that were thrown, kicked and bounced at a fixed rho gain energy from about z = 2 on at 0.7, 5 at 0.6, 7 at 0.5 and 10 at 0.4,
+// and far beyond that at 0.3 too. Theta 1/2 is 1.25 times as accurate as rho 0.57 at z = 3.7. Hence rho falls twice, with a
+// shelf in between. At 0.2 a sheet whose pins are driven hard keeps swinging for ever, at 0 it comes to rest.
 constexpr double fine = 0.95;
 constexpr double shelf = 0.6;
 constexpr double end_of_fine = 1.4;
@@ -93,8 +93,8 @@ bool leaves_substeps_open(const Coupling& coupling) noexcept {
 
 double theta_of(const Coupling& coupling) noexcept { return coupling.theta.value_or(1); }
 
-// From the bound of the frequency, which no position enters: a bad particle changes no bit of others, and one state's start
-// none of another's. In hundredths: the last digits of the bound may differ from machine to machine, and no state may.
+// The bound of the frequency depends on no position. So a bad particle changes no bit of others, and one state's start no bit
+// of another's. rho is in hundredths: the last digits of the bound may differ from machine to machine, but no state may.
 double rho_of(double frequency, double longest, Pace pace) {
   const double z = frequency * longest;
   const double rho = pace == Pace::uneven ? fine * below(end_of_fine_uneven, z)
@@ -127,8 +127,8 @@ GeneralizedAlpha generalized_alpha(double rho, const SubstepLength& substep) {
                     .x_b = sigma * sigma * s * s}};
 }
 
-// The part that sweeps leave unsolved grows with T. T/s^2 grows with s, as rho falls: a sub-step that is shorter by the ratio
-// of both t has a T that is no longer.
+// The part that sweeps leave unsolved grows with T. T/s^2 grows with s, as rho falls. So a sub-step that is shorter by the
+// ratio of the two t has a T that is no longer.
 double as_stiff_where_uneven(double substep, double frequency) {
   if (std::isinf(substep)) return substep;
   const auto t_of = [&](Pace pace) {

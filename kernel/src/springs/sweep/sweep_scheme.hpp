@@ -1,4 +1,4 @@
-// The springs in a sub-step of `sequential`: how far ahead they are looked at, and what their force does.
+// The springs in a sub-step of `sequential`: how far ahead their force is taken, and how it changes the state.
 #pragma once
 
 #include <cstdint>
@@ -9,24 +9,24 @@
 
 namespace dvdx {
 
-// A force along a spring that acts implicitly: kappa = k t^2, eta = c e, and the path that v makes is h v.
+// The times of an implicit force along a spring: kappa = k t^2, eta = c e, and the path due to v is h v.
 struct Implicitness {
   double t, e, h;  // s
 };
 
-// The numbers that sweeps solve a spring by: d_lambda = -(kappa C + eta n.moved + lambda) inverse.
+// The coefficients by which sweeps solve a spring: d_lambda = -(kappa C + eta n.moved + lambda) inverse.
 struct Compliances {
   double kappa, eta, inverse;
 };
 // w: w_a + w_b of its ends.
 Compliances compliances(const Implicitness& of, double k, double c, double w) noexcept;
 
-// The part of the sub-step that has passed when the springs act.
+// By theta all three times are the part of the sub-step that has passed when the springs act.
 Implicitness theta_scheme(double theta, double substep);
 
-// Whether this is what a coupling asks for.
+// Whether a coupling asks for generalized alpha.
 bool is_generalized_alpha(const Coupling& coupling) noexcept;
-// Whether it solves lines of springs between its sweeps.
+// Whether a coupling solves lines of springs between its sweeps.
 bool solves_lines(const Coupling& coupling, SpringsAre springs) noexcept;
 // Whether the number of its sub-steps follows from Coupling::longest_substep.
 bool leaves_substeps_open(const Coupling& coupling) noexcept;
@@ -44,8 +44,8 @@ struct SubstepLength {
 
 inline SubstepLength even(double substep) noexcept { return {.taken = substep, .longest = substep}; }
 
-// The part of a motion that stiff springs keep from a sub-step to the next. frequency: rad/s, of the springs in any position;
-// longest: s, the longest sub-step.
+// Returns rho, the part of a motion that stiff springs keep from a sub-step to the next. frequency: rad/s, of the springs in
+// any position; longest: s, the longest sub-step.
 double rho_of(double frequency, double longest, Pace pace);
 
 struct GeneralizedAlpha {
@@ -53,9 +53,9 @@ struct GeneralizedAlpha {
   AlphaTerms<double> terms;
 };
 GeneralizedAlpha generalized_alpha(double rho, const SubstepLength& substep);
-// s: the longest sub-step of uneven steps that leaves springs at least as stiff as this one of even steps does.
+// Returns, in s, the longest sub-step of uneven steps that leaves springs at least as stiff as `substep` of even steps does.
 double as_stiff_where_uneven(double substep, double frequency);
-// A sub-step whose a is not known, and 0 in the column.
+// A sub-step whose a is not known: the column of a holds 0.
 GeneralizedAlpha start_of_generalized_alpha(const SubstepLength& substep);
 
 }  // namespace dvdx

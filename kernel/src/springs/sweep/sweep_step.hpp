@@ -1,4 +1,4 @@
-// Gauss-Seidel sweeps over a network's springs, as a call of step() has a form make them.
+// The context in which a form sweeps over a network's springs in a call of step().
 #pragma once
 
 #include <cstddef>
@@ -14,7 +14,7 @@
 
 namespace dvdx {
 
-// All that it refers to must outlive it; work: as it is at each sweep.
+// All that it refers to must outlive it. Each sweep reads `work` as it is then.
 template <class T>
 struct SweepStep {
   // The sheets of a stack that are swept.
@@ -24,14 +24,14 @@ struct SweepStep {
 
   SweepOrder order;
   const ParticleOrder& particles;
-  const std::vector<std::uint32_t>& records;  // of a list in a part of a larger scene: where each particle's begins
+  const std::vector<std::uint32_t>& records;  // of a list in a part of a larger scene: the position of each particle's record
   const NetworkKernels<T>& kernels;
   const WorkColumns<T>& work;
   const WorkRooms<T>& rooms;
   const Exchange& exchange;
   const ParallelFor& parallel;
   const Sheets& sheets;
-  bool knows_origins = false;  // those of this step
+  bool knows_origins = false;  // whether from_origin is of this step's origins
 
   void begin_step() noexcept { knows_origins = false; }
   [[nodiscard]] bool is_symmetric() const noexcept { return order == SweepOrder::symmetric; }
