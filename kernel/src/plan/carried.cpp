@@ -45,7 +45,7 @@ class NumbersIn {
   bool is_right_ = true;
 };
 
-// Passes everything driven, in the one order of writing and reading.
+// Passes everything driven, in the same order for writing and reading.
 template <class Archive, class A>
 void pass_driven(Archive& archive, std::vector<DrivenMotion>& motions, std::vector<DrivenPlaces>& groups,
                  std::vector<DrivenSkin>& skins, const A& has) {

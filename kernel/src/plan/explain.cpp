@@ -109,9 +109,9 @@ Worst worst(const Scene& scene, const System& system, std::size_t particles, dou
   return found;
 }
 
-// The number of steps in which a growth by `radius` a step doubles: 1 / log2(radius). With radius = 2^e m, log2 m = y / ln 2,
-// and y = ln m by Newton's method of third order on e^y (the kernel calls no transcendental function of the math library:
-// tests/check_math_library.cmake).
+// The number of steps after which an amplitude that grows by `radius` a step has doubled: 1 / log2(radius). With radius = 2^e
+// m, log2 m = y / ln 2, and y = ln m by Newton's method of third order on e^y (the kernel calls no transcendental function of
+// the math library: tests/check_math_library.cmake).
 double doubling_steps(double radius) {
   int exponent = 0;
   double m = std::frexp(radius, &exponent);

@@ -70,7 +70,7 @@ Expected<Plan<T>> make_in(const Scene& scene, const Options& options, const Stat
   return Plan<T>(new typename Plan<T>::Parts(std::move(*compiled)));
 }
 
-// Refuses moving contacts without a state: particles in columns are counted.
+// Refuses moving contacts without a state: they are stepped in columns, which need the number of particles.
 std::optional<Error> check_moving_contacts(const Scene& scene) {
   for (std::size_t i = 0; i < scene.contacts.size(); ++i) {
     if (!motion_of(scene.contacts[i])) continue;

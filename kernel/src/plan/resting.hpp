@@ -72,7 +72,8 @@ class RestingBlock {
           kept_[axis][i] = p.x1[axis];
           kept_v_[axis][i] = p.v1[axis];
         }
-        if (block_.log == nullptr) block_.x[0][i] = std::numeric_limits<T>::quiet_NaN();  // it meets nothing, and is put back
+        if (block_.log == nullptr)
+          block_.x[0][i] = std::numeric_limits<T>::quiet_NaN();  // NaN meets nothing in the flow; the particle is put back
         continue;
       }
       how_[i] = StandsHow::moves;

@@ -29,8 +29,8 @@ struct Limited {
   LimitedBy by = LimitedBy::frequency;
 };
 
-// A sheet that hangs free reaches its bound only if it folds onto a line. Below the bound and above the start's limit it is
-// left to its user. Sheets that land and other springs are refused there (curtain and net-stiff blew up between the two).
+// A sheet that hangs free reaches its bound only if it folds onto a line. Between the start's limit and the bound it is left
+// to its user. Sheets that land and other springs are refused there (curtain and net-stiff blew up between the two).
 Limited limit_of(const SubstepRule& rule, const Frequencies& frequencies, double h, int substeps, bool hangs_free) {
   Limited found;
   NetworkLimit& limit = found.limit;
