@@ -1,4 +1,4 @@
-// The pulses of springs between the flows of a call of joined particles, in any form that sums by owner.
+// The pulses of springs between the flows of a call of joined particles, for any form of springs/sum/.
 #pragma once
 
 #include <algorithm>
