@@ -32,8 +32,7 @@ State<T> view(const dvdx_state& from) noexcept {
 
 inline void put_clock(const Clock& clock, dvdx_state& state) noexcept { state.clock = {clock.seconds, clock.carry}; }
 
-// Refuses a column with a null pointer, or with numbers that are not aligned, before anything reads it. Returns DVDX_DONE, or
-// the status that it reports.
+// Refuses a column with a null pointer or unaligned numbers before anything reads it. Returns DVDX_DONE, or what it reports.
 template <class T>
 dvdx_status check_column(const dvdx_column& column, const char* name, dvdx_error* error) noexcept;
 // Likewise for a state, of which only the first `needed` particles are looked at. No two elements may share memory.

@@ -1,5 +1,5 @@
-// A step with survivors in any order: births take the places of removed particles, and the last survivors fill the holes that
-// are left (lifecycle/pass/fill.hpp).
+// A step with survivors in any order (lifecycle/pass/fill.hpp): births take the places of removed particles, and the last
+// survivors fill the holes that are left.
 #pragma once
 
 #include <algorithm>
@@ -65,8 +65,7 @@ class AnyOrder {
     return {.first = from, .count = to - from};
   }
 
-  // Steps a run. Returns how many of its places, from the first on, are then taken. Takes the births that it placed off
-  // `births`.
+  // Steps a run, and takes the births that it places off `births`. Returns how many of its places, the first ones, are taken.
   std::size_t step_run(const ParticleGroup& run, std::size_t task, Stretch& births) const noexcept {
     std::array<std::uint64_t, fill_run / 64> removed{};
     if (chunks_.can_be_viewed(run.first)) {
@@ -155,8 +154,7 @@ class AnyOrder {
     births.count -= count;
   }
 
-  // Puts births at at(0), at(1) and so on, until `places` are taken. A birth that is removed at once takes none. Returns how
-  // many are taken.
+  // Puts births at at(0), at(1), ... until `places` are taken, and returns how many are. A birth removed at once takes none.
   template <class At>
   std::size_t put(Stretch& births, std::size_t places, const At& at) const noexcept {
     const bool dies_of_age = live_.age.base != nullptr && live_.lifetime.base != nullptr;

@@ -27,9 +27,8 @@ namespace dvdx {
 // Steps that are taken while a chunk is in cache. Particles that die during them are stepped to their end, which adds one step
 // in 14 if particles live for 50.
 inline constexpr std::size_t batch_steps = 8;
-// Particles that are stepped, marked and moved while they are in second-level cache. Every pass over a chunk starts at the
-// speed of memory: a million particles with 2 % turnover took 4.3 ms a step in chunks of 1024, and 2.9 in chunks of 8192 (one
-// thread, AMD EPYC).
+// Particles that are stepped, marked and moved while they are in second-level cache. Every pass over them starts at the speed
+// of memory: a million with 2 % turnover took 4.3 ms a step in chunks of 1024, 2.9 in those of 8192 (one thread, AMD EPYC).
 inline constexpr std::size_t live_chunk = 8192;
 inline constexpr std::size_t aside_chunk = 1024;   // likewise, stepped in the plan's own memory
 inline constexpr std::size_t live_segments = 8;    // pieces that the particles are cut into for threads
@@ -82,8 +81,7 @@ struct LifecycleShape {
   bool meets = false;
   bool operator==(const LifecycleShape&) const = default;
 };
-// Whether the particles meet. The plan then steps all of them, and what follows a motion, sub-step by sub-step in working
-// columns.
+// Whether the particles meet. The plan then steps all of them, and what follows a motion, in working columns by sub-steps.
 template <class T>
 bool meets(const CompiledLifecycle<T>& compiled) noexcept {
   return compiled.plan.scene().meet.has_value();

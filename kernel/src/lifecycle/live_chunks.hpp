@@ -1,5 +1,4 @@
-// Chunks of particles that come and go, while they are in cache: all their steps, ages and removal marks, and the moves of the
-// survivors.
+// Chunks of particles that come and go, while in cache: all their steps, ages and removal marks, and the survivors' moves.
 #pragma once
 
 #include <algorithm>

@@ -152,8 +152,8 @@ class LiveSegments {
     segment.kept = kept;
   }
 
-  // Moves the chunk's survivors, which are number `kept` and on of the segment's: the segment's first ones into the overflow,
-  // the others to the segment's own front.
+  // Moves the chunk's survivors, number `kept` and on of the segment's: the segment's first ones into the overflow, the others
+  // to the segment's own front.
   void move_chunk(const Segment& segment, const ParticleGroup& chunk, const Removed& removed, std::size_t kept,
                   const typename LiveChunks<T>::Stepped& stepped) noexcept {
     const std::size_t waiting = segment.overflowed > kept ? std::min(segment.overflowed - kept, stepped.kept) : 0;

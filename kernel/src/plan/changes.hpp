@@ -1,5 +1,4 @@
-// Changes of a scene while a plan runs: the refusal of each, and its edit of the scene. The edit of a compiled scene:
-// plan/in_place.cpp.
+// Changes of a scene while a plan runs: their refusals and edits. Edits of a compiled scene: plan/in_place.cpp.
 #pragma once
 
 #include <cstddef>
@@ -11,8 +10,7 @@
 
 namespace dvdx {
 
-// refusal() checks that the place of a change exists and takes it. The values, except for a mass, are checked with the scene
-// that the change makes.
+// refusal() checks the place of a change, and a mass. Other values are checked with the scene that the change makes.
 
 struct GridStiffnessChange {
   std::size_t network;
@@ -38,8 +36,7 @@ struct ZeroLengthChange {
 [[nodiscard]] Expected<Scalars> zero_length_of(const Scene& scene, std::size_t network, std::span<const Triangle> triangles,
                                                std::span<const Vec3> flat, double modulus);
 
-// An error if `network` cannot replace networks[index], which needs the same kind, particles and rest lengths. Its values are
-// checked with the scene.
+// An error unless `network` has the kind, particles and rest lengths of networks[index]. Values are checked with the scene.
 [[nodiscard]] std::optional<Error> refusal_of(const Scene& scene, std::size_t index, const Network& network);
 // `network` with the torn springs of `before`.
 [[nodiscard]] Network with_broken_of(const Network& before, Network network);

@@ -146,8 +146,8 @@ bool CompiledNetwork<T>::sweeps_list() const noexcept {
 
 template <class T>
 bool CompiledNetwork<T>::can_change_in_place() const noexcept {
-  // If the scene asked for fewer sub-steps than are safe, only eigenvalues tell whether they still suffice. Tethers follow
-  // whole springs to what is fixed.
+  // If fewer sub-steps than are safe were asked for, only eigenvalues tell whether they still suffice.
+  // Tethers follow whole springs to what is fixed.
   if (constraints || has_tethers_ || !chosen.is_safe) return false;
   if (edited(form) == Edited::by_row && air && !air->is_grid()) return false;
   return edited(form) != Edited::never;

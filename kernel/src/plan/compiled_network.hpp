@@ -31,7 +31,7 @@ inline constexpr std::size_t parallel_from = 16384;
 // Meeting balls take several times as much work per particle.
 inline constexpr std::size_t parallel_from_of_balls = 4096;
 
-// Units of a part of a larger scene: rows of a grid or slices of a list. Units with a particle that is sent to other parts
+// Units of a part of a larger scene: rows of a grid or slices of a list. Those with a particle that is sent to other parts
 // come first.
 struct UnitRange {
   std::size_t from = 0, to = 0;

@@ -71,8 +71,8 @@ ShapeMemories<T> shapes_of(const std::vector<Contact>& contacts, const CompiledS
   return shapes;
 }
 
-// compiled_network(scene, options, start): returns the network of these springs and constraints at this step; called if
-// something joins particles. before: the scene that this one is a change of, or null.
+// compiled_network(scene, options, start): returns the network of these springs, constraints and step, if something joins.
+// before: the scene that this one is a change of, or null.
 template <class T, class MakeNetwork>
 Expected<SharedScene<T>> build(Scene given, const Options& options, Isa isa, std::optional<std::size_t> count,
                                std::vector<Vec3> start, Particles particles, const MakeNetwork& compiled_network,
@@ -136,8 +136,7 @@ auto shared_network(const CompiledScene<T>& before) {
   return [&](const Scene&, const Options&, std::span<const Vec3>) { return before.joined()->shared_network(); };
 }
 
-// Makes the network again. Joined particles may get another number of sub-steps, and with it other coefficients of every
-// spring.
+// Makes the network again: the number of sub-steps may change, and with it the coefficients of every spring.
 template <class T>
 auto changed_network(const CompiledScene<T>& before, Changed changed) {
   return [&before, changed](const Scene& scene, const Options& options, std::span<const Vec3> start) {

@@ -89,8 +89,7 @@ template <class T>
 Expected<SharedScene<T>> compile_scene(Scene scene, const Options& options, Isa isa, std::optional<std::size_t> count,
                                        std::vector<Vec3> start, Particles particles);
 
-// A plan for particles that come and go, at most `capacity` at once. If something follows a motion, it steps by ReportedStep
-// alone.
+// A plan for at most `capacity` particles that come and go. If something follows a motion, it steps by ReportedStep alone.
 template <class T>
 Expected<Plan<T>> compile_to_come_and_go(const Scene& scene, const Options& options, std::size_t capacity);
 

@@ -16,8 +16,7 @@ constexpr std::size_t most_columns = 256;  // columns of a grid, or particles, h
 template <class T>
 using Three = std::array<T, 3>;
 
-// Numbers first, first + 1, ... of three columns, contiguous: in place or as a copy. The copy has room for one more before and
-// one behind.
+// Numbers first, first + 1, ... of three columns, contiguous: in place or as a copy, with room for one before and one behind.
 template <class T>
 class Row {
  public:

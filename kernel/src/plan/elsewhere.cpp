@@ -98,8 +98,7 @@ std::optional<Error> check_rows(const Scene& scene, const SweptPart& sweeps, std
           std::string(sweeps.reach == 2 ? " or the second next" : "")};
 }
 
-// Returns true if every network is a list of ropes: no particle has more than two springs in it. Only then can all of them
-// together be ropes.
+// Whether every network is a list in which no particle has more than two springs. Only then can all together be ropes.
 bool are_all_ropes(const Scene& scene) {
   return std::none_of(scene.networks.begin(), scene.networks.end(), [](const Network& network) {
     const auto* const springs = std::get_if<Springs>(&network);

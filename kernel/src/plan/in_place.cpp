@@ -65,8 +65,7 @@ bool is_right(const SpringsStiffness& given, const Springs& network) {
   return each.size() == network.pairs.size() && std::all_of(each.begin(), each.end(), is_zero_or_more);
 }
 
-// swap: exchanges the network's values with the new ones; a second call takes them back. set: makes the network's springs
-// anew, or returns false.
+// swap: exchanges the network's values with the new ones, and back. set: makes the network's springs anew, or returns false.
 template <class T, class Swap, class Set>
 Expected<InPlace> swap_in_place(CompiledScene<T>& compiled, CompiledNetwork<T>& compiled_network, const Springs& network,
                                 const Swap& swap, const Set& set) {

@@ -42,9 +42,8 @@ class JoinedAir {
   }
 
  private:
-  // The number of sub-steps that one pulse of air in this sub-step covers; 0 if it has none. Air is far slower than the
-  // springs that ask for sub-steps. Groups of five therefore share one pulse, in the middle one; the rest is cut into groups
-  // of 3 and 1.
+  // The number of sub-steps that one pulse of air in this one covers; 0 if it has none. Air is far slower than springs that
+  // ask for sub-steps. Groups of five therefore share one pulse, in the middle one; the rest is cut into groups of 3 and 1.
   [[nodiscard]] static int substeps_of(int substep, int substeps) noexcept {
     for (const int together : {5, 3, 1}) {
       const int groups = substeps / together;

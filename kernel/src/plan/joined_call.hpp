@@ -90,8 +90,7 @@ class JoinedCall {
   // ---- a part of a larger scene: a halo's particles lack the springs that lead elsewhere ------------------------------
 
   void send(const std::array<T*, 3>& columns) noexcept { dvdx::send(exchange, halo(columns)); }
-  // Runs a pass that fills these columns. Units with particles that other parts hold come first, and are sent while the rest
-  // is computed.
+  // Runs a pass that fills these columns. Units with particles of other parts' halos come first, and are sent meanwhile.
   template <class Pass>
   void send(const Units& units, const std::array<T*, 3>& columns, const Pass& pass) noexcept {
     if (exchange.start == nullptr) return over(units, pass);

@@ -66,8 +66,7 @@ class JoinedCopies {
     }
   }
 
-  // Calls use(rows) for all rows, one task's at a time, and for none if the order lists its particles. If the order is no
-  // sheet's, each span is a row.
+  // Calls use(rows) for one task's rows at a time; for none if the order lists its particles. Without a sheet a span is a row.
   template <class Use>
   void for_some_rows(const Use& use) const noexcept {
     const ParticleOrder& order = call_.network.order;

@@ -82,8 +82,8 @@ class JoinedFlow {
   }
 
   // Puts particles that springs or constraints have moved into a contact since the last flow back onto it, by the flow f of no
-  // time. Leaves their velocity to the next flow: rounding decides whether a particle that rests on a surface stands inside,
-  // and would otherwise decide its velocity too.
+  // time. Leaves their velocity to the next flow: otherwise rounding, which decides whether a particle at rest on a surface
+  // stands inside, would decide its velocity too.
   void settle(std::size_t f) noexcept {
     const FreeMotion<T>& motion = *m_.flows()[f];
     followers_.move_surfaces(motion, call_.clock, call_.clock);

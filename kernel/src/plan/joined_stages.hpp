@@ -21,8 +21,8 @@ class JoinedStages {
       : call_(call), m_(call.motion), network_(call.network), followers_(followers), flow_(flow) {}
 
   // The number of stages to run together. 0 if the sheet is in cache anyway, if a pulse reads neighbours' velocities that the
-  // stage before has changed (damping, air), if constraints stand between the pulses, if motions have other poses in each
-  // stage, or if a part sends after every pulse.
+  // stage before has changed (damping, air), if constraints stand between pulses, if each stage has its own poses of motions,
+  // or if a part sends after every pulse.
   [[nodiscard]] std::size_t at_once() const noexcept {
     const GridTerms<T>* const grid = grid_terms();
     if (grid == nullptr || network_.damping_passes() != 0 || network_.air || m_.closes_substeps() || !m_.tracks().empty())
@@ -73,8 +73,7 @@ class JoinedStages {
   }
 
  private:
-  // The size of the piece of a large sheet that goes through several stages at once: it stays in the second-level cache of one
-  // core.
+  // The piece of a large sheet that goes through several stages at once: it stays in the second-level cache of one core.
   static constexpr std::size_t bytes_in_cache = std::size_t{1} << 19;
   static constexpr std::size_t max_ops = 16;
 

@@ -36,8 +36,7 @@ std::unique_ptr<JoinedWorkspace<A>> make_workspace(const CompiledScene<A>& scene
 template <class A>
 class StepPool {
  public:
-  // Returns base with the step h, or with the longest step that its limit allows. from: base or one of these, of which it is
-  // made.
+  // Returns base with the step h, or with the longest that its limit allows, made from `from`: base or one of these scenes.
   Expected<SharedScene<A>> with_step(const SharedScene<A>& base, const SharedScene<A>& from, double h);
 
  private:

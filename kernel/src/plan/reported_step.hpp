@@ -13,18 +13,17 @@
 
 namespace dvdx {
 
-// Steps a plan within a call that has begun: the caller has checked the arguments and set the floating-point environment of a
-// step. Setting it drains the processor: a million particles in calls of 1024 took half as long again. Rounding is plain. The
-// plan of run() joins nothing. moved: terms with moved surfaces, for one step, or null. report: receives the contacts of the
-// particles, numbered from `first` on, or null.
+// Steps a plan within a call that has begun: the caller has checked the arguments and set the floating-point environment.
+// Setting it drains the processor: a million particles in calls of 1024 took half as long again. Rounding is plain. run()
+// takes plans that join nothing. moved: terms with moved surfaces, for one step, or null. report: null, or takes the contacts
+// of the particles, numbered from `first` on.
 template <class T>
 struct ReportedStep {
-  // Makes one step of particles that meet, in `given`, or in the plan's own workspace if it is null. A clone may have made
-  // `given`.
+  // Steps particles that meet once, in `given`, which a clone may have made, or, if it is null, in the plan's own workspace.
   static StepResult meet(const Plan<T>& plan, Workspace<T>* given, State<T>& state, const ParallelFor& parallel,
                          ContactReport::Parts* report) noexcept;
-  // Renumbers the particles after removals: after[i] is the new number of particle i, or no_partner if it has gone. `count`
-  // are left.
+  // Renumbers particles after removals: after[i] is the new number of particle i, or no_partner if it has gone. count: those
+  // left.
   static void renumber(const Plan<T>& plan, Workspace<T>* given, std::span<const std::uint32_t> after,
                        std::size_t count) noexcept;
   // The motions in the plan's own workspace, as the caller drives them.

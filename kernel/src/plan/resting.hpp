@@ -28,8 +28,7 @@ struct RestingColumns {
   const StayKernels<T>* kernels = nullptr;
 };
 
-// The particles of one block before and after one flow. terms: include the flow's contacts. A block has at most max_block
-// particles.
+// One block's particles, at most max_block, before and after one flow. terms: include the flow's contacts.
 template <class T>
 class RestingBlock {
  public:
@@ -42,8 +41,7 @@ class RestingBlock {
         terms_(terms),
         block_(block) {}
 
-  // Finds the particles that surfaces carry, before the first flow of a step. It reads the state alone, as a call that begins
-  // with this step would.
+  // Before the first flow of a step: finds carried particles from the state alone, as a call that begins here would.
   void find_carried(T t) noexcept {
     if (on_.empty() || (!has_any_noted() && !may_be_carried(t))) return;
     for (std::size_t i = 0; i < on_.size(); ++i) note(i, t);
@@ -55,8 +53,7 @@ class RestingBlock {
     for (std::size_t axis = 0; axis < 3 && is_any_; ++axis) std::copy_n(block_.x[axis], block_.count, kept_[axis].data());
   }
 
-  // Decides after the pulse, before the flow `motion`, which particles stay. Those that waited and do not stay get the
-  // velocity that they missed.
+  // After the pulse, before the flow: decides which particles stay. Others that have waited get the velocity they missed.
   void judge(const FreeMotion<T>& motion, const Offsets<T>* offsets, const SubstepImpulse<T>& impulse) noexcept {
     if (!is_any_) return;
     const Columns gain = gain_of(kept_, motion, offsets);

@@ -70,8 +70,7 @@ Threes<T> threes_at(const Vectors<T>& columns, const ParticleRun& run) noexcept 
   return {columns[0].at(run.first), columns[0].stride * static_cast<std::ptrdiff_t>(run.every)};
 }
 
-// to[axis][k] = number `axis` of the run's particle k, and back. In float64 a number of float32 columns is the sum of column
-// and rest.
+// to[axis][k] = number `axis` of the run's particle k, and back. In float64, numbers of float32 are sums of columns and rests.
 template <class T>
 void load(const Passes& passes, const Vectors<T>& columns, const Vectors<T>& /*rests*/, const ParticleRun& run,
           const Places<T>& to) noexcept {

@@ -47,8 +47,7 @@ enum class Changed {
 
 class SubstepChoice {
  public:
-  // An error if the sub-steps exceed a limit, or if the scene asks for fewer than the springs at the start allow. Keeps the
-  // eigenvalues that it computes.
+  // An error if the sub-steps exceed a limit, or are fewer than the start's springs allow. Keeps the eigenvalues it finds.
   [[nodiscard]] std::optional<Error> refusal(const Scene& scene, std::span<const Vec3> start, Unstable unstable);
   // The scene's net as it is now, for sequential.
   [[nodiscard]] SweptNet swept_net(const Scene& scene, std::span<const Vec3> start) const;
@@ -70,8 +69,7 @@ class SubstepChoice {
   [[nodiscard]] bool depends_on_weight() const noexcept {
     return (rods_rate_ != 0 || meeting_rate_ != 0) && !coupling.substeps;
   }
-  // rad/s: of rods that meet, under the weight of all that may hang on them, and a twentieth of that for ropes that cross; 0
-  // if there are none.
+  // rad/s: of rods that meet, under all that may hang on them; of ropes that cross a twentieth of that; 0 if there are none.
   [[nodiscard]] double rods_frequency() const noexcept { return rods_frequency_; }
 
  protected:

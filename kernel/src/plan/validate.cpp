@@ -495,8 +495,7 @@ std::optional<Error> check(const Wind& wind) {
 
 std::string Error::message() const { return field + " is " + value + ": must be " + valid; }
 
-// Refuses push_out in scheme fourth_order. Its backward flows meet no surface, so the effects of the springs' pulses on a
-// particle inside would add up.
+// Refuses push_out in fourth_order: its backward flows meet no surface, so springs' pulses on a particle inside would add up.
 void check_push_out(Checker& check, const Scene& scene) {
   if (scene.networks.empty() || scene.coupling.scheme != Scheme::fourth_order) return;
   for (std::size_t i = 0; i < scene.contacts.size() && !check.error; ++i) {

@@ -10,8 +10,7 @@ namespace dvdx {
 
 inline constexpr int most_substeps = 1000000;  // a step
 
-// The first error, or nothing. count: the state's particles, if a state is given. elsewhere: the context of a part of a larger
-// scene.
+// The first error, or nothing. count: the state's particles, if a state is given. elsewhere: the context of a part.
 std::optional<Error> check(const Scene& scene, std::optional<std::size_t> count, const PartContext& elsewhere);
 std::optional<Error> check(const Options& options);
 // Refuses a scene, checked before, whose sweeps a part cannot make.

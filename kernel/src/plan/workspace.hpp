@@ -27,8 +27,7 @@ struct PinnedState {
   std::array<T, 3> x{}, v{};
 };
 
-// Whether a particle stood still at the end of the last flow. waits: for the first pulse of the step. stays: at rest in this
-// flow.
+// Whether a particle stood still when the last flow ended. waits: for the step's first pulse. stays: at rest in this flow.
 enum class StandsHow : std::uint8_t { moves, stands, waits, stays };
 
 template <class T>

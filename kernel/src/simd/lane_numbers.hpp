@@ -136,8 +136,7 @@ inline constexpr std::size_t sorted_at_once = sizeof(V) == 64 ? 16 : 8;
 }
 #endif
 
-// Writes count <= sorted_at_once numbers in ascending order. Up to sorted_at_once elements are read and written; those beyond
-// count get any value.
+// Writes count <= sorted_at_once numbers in ascending order. Reads and writes at most sorted_at_once, the rest of any value.
 template <class V>
 [[gnu::always_inline]] inline void store_sorted(std::uint32_t* to, const std::uint32_t* numbers, std::size_t count) noexcept {
 #if defined(__AVX512F__)

@@ -21,8 +21,7 @@ struct Records {
   V at[4];
 };
 
-// Interleaves the first, or the last, halves of a and b in each 128 bits. (xsimd 8.1's zips are these on x86, others beyond
-// it.)
+// Interleaves the first, or the last, halves of a and b in each 128 bits. (xsimd's zips do this on x86 up to version 8.1.)
 template <class V>
 [[gnu::always_inline]] inline V unpack_low(V a, V b) noexcept {
 #if defined(__AVX512F__)

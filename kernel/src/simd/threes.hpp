@@ -127,8 +127,7 @@ template <class V>
 #endif
 }
 
-// Whether a register of 16 floats takes what takes two of 8: the threes at p and 16 bytes behind it, for two particles, or a
-// row of two tiles.
+// Whether a register takes what needs two of 8 floats: two particles' threes at p and 16 bytes behind, or a row of two tiles.
 template <class V>
 inline constexpr bool holds_pairs = sizeof(V) == 64 && sizeof(Scalar<V>) == 4;
 

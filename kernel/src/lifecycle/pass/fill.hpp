@@ -28,8 +28,7 @@ struct Fill {
   std::size_t count = 0;
 };
 
-// Lists the places from `at` to `end` whose bit is set in `words`, with all bits flipped by `flip`, in ascending order.
-// Returns how many.
+// Lists the places from `at` to `end` whose bit is set in `words`, each word flipped by `flip`. They ascend. Returns how many.
 inline std::size_t list_places(const std::uint64_t* words, std::uint64_t flip, std::size_t at, std::size_t end,
                                std::uint16_t* places) noexcept {
   std::size_t n = 0;
@@ -44,8 +43,7 @@ inline std::size_t list_places(const std::uint64_t* words, std::uint64_t flip, s
   return n;
 }
 
-// Finds the holes among the first `count` places of a run. Returns how many. removed: one bit for each place, 64 in a word,
-// the lowest first.
+// Finds the holes among the first `count` places of a run. Returns how many. removed: a bit for each place, the lowest first.
 inline std::size_t find_holes(const std::uint64_t* removed, std::size_t count, Fill& fill) noexcept {
   return list_places(removed, 0, 0, count, fill.to.data());
 }

@@ -48,8 +48,7 @@ struct RemovalKernels {
 inline constexpr std::size_t compact_columns = 8;  // at most, in one call
 
 // Moves the elements that are not removed, in their order, from in[c] to out[c], for each of some columns of 4 or 8 bytes an
-// element. Returns how many. out[c] may be in[c], or overlap it from below. Up to `count` elements may be overwritten at
-// out[c].
+// element. Returns how many. out[c] may be in[c], or overlap it from below. Up to `count` elements there may be overwritten.
 using Compact = std::size_t (*)(const std::byte* const* in, std::byte* const* out, std::size_t columns,
                                 const std::uint64_t* removed, std::size_t count) noexcept;
 

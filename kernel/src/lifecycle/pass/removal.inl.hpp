@@ -49,8 +49,7 @@ Part<V> moved(Part<V> load, std::size_t by) noexcept {
 
 constexpr std::uint64_t low_bits(std::size_t count) noexcept { return (std::uint64_t{1} << count) - 1; }
 
-// Calls take(i, bits) with the bits of the mask test(load), for every register of `count` lanes. A register's bits lie in one
-// word.
+// Calls take(i, bits) with the mask's bits of test(load), for every register of `count` lanes. They lie in one word.
 template <class V, class Test, class Take>
 [[gnu::always_inline]] inline void for_each_register(std::size_t count, const Test& test, const Take& take) noexcept {
   std::size_t i = 0;
