@@ -29,7 +29,7 @@ class AnyOrder {
         births_(births),
         number_(number) {}
 
-  // The new ends. Between them stand births that found all runs full and were not tested for removal.
+  // The new ends. Between them stand births that found all runs full and are not yet tested for removal.
   struct Ends {
     std::size_t of_seen = 0, of_all = 0;
   };

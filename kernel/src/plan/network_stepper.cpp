@@ -204,7 +204,7 @@ class NetworkStepper {
     return !has_too_many_;
   }
 
-  // ---- a flow and what springs do behind it ------------------------------------------------------------------------------
+  // ---- a flow, then the action of springs --------------------------------------------------------------------------------
 
   template <class Form>
   void act(const Form& form, std::size_t f, std::size_t k) noexcept {

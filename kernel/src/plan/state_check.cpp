@@ -388,7 +388,7 @@ class Look {
 template <class A, class T>
 StateCheck check_in(const CompiledScene<A>& scene, const State<T>& state) noexcept {
   if constexpr (sizeof(A) < sizeof(T)) {
-    return {};  // no plan for float64 states is worked out in float32
+    return {};  // no plan for float64 states computes in float32
   } else {
     const StepResult fit = fit_of_columns(scene, state);
     if (fit != StepResult::done) return {.result = fit};

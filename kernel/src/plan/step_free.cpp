@@ -234,7 +234,7 @@ template <class A, class T>
 StepResult step_by(const CompiledScene<A>& scene, JoinedWorkspace<A>* workspace, State<T>& state, std::size_t steps,
                    const ParallelFor& parallel, const Reported& reported = {}) noexcept {
   if constexpr (sizeof(A) < sizeof(T)) {
-    return StepResult::done;  // no plan for float64 states is worked out in float32
+    return StepResult::done;  // no plan for float64 states computes in float32
   } else {
     if (const StepResult result = fit_of(scene, state); result != StepResult::done) return result;
     const JoinedMotion<A>* joined = scene.joined();

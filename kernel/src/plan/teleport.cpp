@@ -168,7 +168,7 @@ void carry_workspace(const JoinedMotion<A>& joined, JoinedWorkspace<A>& workspac
 template <class A, class T>
 Expected<void> teleport_in(const CompiledScene<A>& scene, JoinedWorkspace<A>* workspace, State<T>& state, const Pose& by) {
   if constexpr (sizeof(A) < sizeof(T)) {
-    return {};  // no plan for float64 states is worked out in float32
+    return {};  // no plan for float64 states computes in float32
   } else {
     Checker check(std::nullopt);
     check.value("by.translation", by.translation, Range::finite);

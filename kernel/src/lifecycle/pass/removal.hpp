@@ -40,7 +40,7 @@ struct RemovalKernels {
   // Also marks the particles that are then at least as old as their lifetime.
   void (*grow_old_and_mark)(T* age, const T* lifetime, std::size_t count, T h, std::size_t steps,
                             std::uint64_t* removed) noexcept;
-  // Returns how many it would mark, and does not change age.
+  // Returns how many grow_old_and_mark would mark, and does not change age.
   std::size_t (*count_aged)(const T* age, const T* lifetime, std::size_t count, T h, std::size_t steps) noexcept;
   void (*mark_placed)(const RemovalTerms<T>& terms, const RemovalBlock<T>& block, std::uint64_t* removed) noexcept;
 };
