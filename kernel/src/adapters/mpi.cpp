@@ -10,7 +10,7 @@ constexpr int tag = 1;
 // MPI counts in int.
 constexpr std::size_t most_at_once = std::size_t{1} << 30;
 
-// use(bytes, count) for each piece that one call can take.
+// Calls use(bytes, count) for each piece that one call of MPI can take.
 template <class Byte, class Use>
 void in_pieces(std::span<Byte> bytes, const Use& use) noexcept {
   for (std::size_t first = 0; first < bytes.size(); first += most_at_once) {

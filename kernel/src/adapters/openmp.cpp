@@ -41,8 +41,8 @@ ParallelFor openmp(int threads) {
   return {.run = run, .context = reinterpret_cast<void*>(static_cast<std::intptr_t>(threads))};
 }
 
-// Every thread owns a share of the loop's indices, the same one in each loop, so that what it touches stays in its cache; who
-// has done its own goes on with the others'.
+// Every thread owns a share of the loop's indices, the same one in each loop, so that the data it touches stays in its cache.
+// A thread that has done its own share goes on with the others'.
 class OpenMpTeam::Loop {
  public:
   explicit Loop(std::size_t threads) : shares_(threads), region_([this] { work(); }) {}
@@ -65,8 +65,8 @@ class OpenMpTeam::Loop {
   }
 
  private:
-  // The next index of a share and its end, in one word. Whoever takes an index may read what the loop is afterwards: it does
-  // not end before the index has been worked on.
+  // The next index of a share and its end, in one word. A thread that takes an index may read the loop's body and task
+  // afterwards: the loop does not end before the index has been worked on.
   using Range = std::uint64_t;
   static constexpr std::size_t most = std::numeric_limits<std::uint32_t>::max();
   static constexpr Range range(std::size_t next, std::size_t end) noexcept { return Range{end} << 32U | next; }
@@ -100,7 +100,7 @@ class OpenMpTeam::Loop {
     wakes_.notify_all();
   }
 
-  // Whether there was something to do.
+  // Returns whether there was something to do.
   bool take_all(std::size_t own) noexcept {
     bool took = false;
     for (std::size_t k = 0; k < shares_.size(); ++k) {
@@ -139,7 +139,7 @@ class OpenMpTeam::Loop {
     }
   }
 
-  std::vector<Share> shares_;  // of the caller first
+  std::vector<Share> shares_;  // the caller's first
   std::atomic<ParallelFor::Body> body_{nullptr};
   std::atomic<void*> task_{nullptr};
   std::atomic<bool> is_busy_{false}, stops_{false};

@@ -10,7 +10,7 @@
 using namespace dvdx::c_api;
 using dvdx::ContactEvent;
 
-// The room is the caller's: an event has one form in memory, by whichever name.
+// Events are written into the caller's memory: both types of an event have one layout.
 static_assert(std::is_standard_layout_v<ContactEvent> && sizeof(ContactEvent) == sizeof(dvdx_contact_event));
 static_assert(offsetof(ContactEvent, time) == offsetof(dvdx_contact_event, time) &&
               offsetof(ContactEvent, particle) == offsetof(dvdx_contact_event, particle) &&

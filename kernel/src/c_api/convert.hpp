@@ -1,4 +1,4 @@
-// The C arguments of plans of either kind, as C++ has them: particles, options, threads; and their handles.
+// Converts the C arguments of plans of either kind to C++: particles, options and threads; and holds the plans' handles.
 #pragma once
 
 #include <cstddef>
@@ -32,14 +32,13 @@ State<T> view(const dvdx_state& from) noexcept {
 
 inline void put_clock(const Clock& clock, dvdx_state& state) noexcept { state.clock = {clock.seconds, clock.carry}; }
 
-// Refuses, before anything reads it, a column with a pointer to nothing or with numbers at odd places. Gives DVDX_DONE, or the
-// status that it reports.
+// Refuses a column with a null pointer or unaligned numbers before anything reads it. Returns DVDX_DONE, or what it reports.
 template <class T>
 dvdx_status check_column(const dvdx_column& column, const char* name, dvdx_error* error) noexcept;
-// Likewise for a state in which nothing is looked at from `needed` particles on. No two elements may share memory.
+// Likewise for a state, of which only the first `needed` particles are looked at. No two elements may share memory.
 template <class T>
 dvdx_status check_columns(const dvdx_state& state, std::size_t needed, dvdx_error* error) noexcept;
-// A column of those that must lie apart, in order, with its name.
+// One of some columns that must lie apart, with its name.
 struct NamedColumn {
   const dvdx_column* column;
   const char* name;
@@ -56,11 +55,11 @@ inline ParallelFor threads_of(const dvdx_parallel* parallel) noexcept {
   return parallel == nullptr ? ParallelFor{} : ParallelFor{parallel->run, parallel->context};
 }
 
-// Throw Error where a value is no enumerator.
+// Throw Error if a value is no enumerator.
 Options options_of(const dvdx_options& from);
 dvdx_precision precision_of(const dvdx_options& from);
 
-// A handle {plan, memory} in the caller's memory, that it was made in. Throws std::bad_alloc.
+// Makes a handle {plan, memory} in the caller's memory. Throws std::bad_alloc.
 template <class Handle, class Plan>
 Handle* make_handle(Plan&& plan, const Memory& memory) {
   void* const place = allocate(memory, sizeof(Handle), alignof(Handle));

@@ -9,7 +9,7 @@
 namespace dvdx::c_api {
 namespace {
 
-// The columns that normals go to, with room for so many.
+// Checks the columns that normals go to, which need room for `count`.
 template <class T>
 dvdx_status check_room(const dvdx_column* to, std::size_t count, dvdx_error* error) noexcept {
   constexpr std::array names = {"to[0]", "to[1]", "to[2]"};
@@ -25,7 +25,7 @@ std::array<Column<T>, 3> columns(const dvdx_column* from) noexcept {
   return {column<T>(from[0]), column<T>(from[1]), column<T>(from[2])};
 }
 
-// use(the state as C++ has it)
+// Calls use(the state as C++ has it).
 template <class Use>
 dvdx_status with_state(const dvdx_state* state, dvdx_error* error, const Use& use) noexcept {
   if (state == nullptr) return missing(error, "state");

@@ -1,4 +1,4 @@
-// Driving a plan or a workspace by C: changed(f) makes the change f of either, as C++ has it, and says how it ended.
+// Drives a plan or a workspace by C. changed(f) makes the change f of either, as C++ has it, and returns the status.
 #pragma once
 
 #include <cstddef>

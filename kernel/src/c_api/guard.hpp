@@ -1,4 +1,4 @@
-// Between C++ and C: errors into the caller's memory, and no exception further.
+// The border between C++ and C: errors go into the caller's memory, and no exception goes further.
 #pragma once
 
 #include <cstddef>
@@ -21,18 +21,18 @@ dvdx_status report(dvdx_error* error, dvdx_status status, std::string_view field
 dvdx_status report(dvdx_error* error, const Error& fault) noexcept;
 dvdx_status failed(dvdx_error* error, const char* what) noexcept;
 
-// A pointer that may not be null.
+// Reports a null pointer that must not be null.
 inline dvdx_status missing(dvdx_error* error, std::string_view argument) noexcept {
   return report(error, DVDX_INVALID, argument, "null", "a pointer to what the name says");
 }
 
-// Throws where `count` elements are said to stand behind a null pointer, or more than there can be particles.
+// Throws Error if a null pointer comes with elements, or if `count` is more than there can be particles.
 inline void need(const void* pointer, std::size_t count, const std::string& field) {
   if (count > 0xffffffff) throw Error{field, std::to_string(count) + " elements", "at most 4294967295 elements"};
   if (pointer == nullptr && count != 0) throw Error{field, "null", "a pointer to " + std::to_string(count) + " elements"};
 }
 
-// A status from `work`, or from what it throws.
+// Returns the status of `work`, or that of the exception that it throws.
 template <class Work>
 dvdx_status guarded(dvdx_error* error, const Work& work) noexcept {
   try {
@@ -52,13 +52,13 @@ inline dvdx_status done_or(dvdx_error* error, const Expected<void>& result) noex
   return result ? report(error, DVDX_DONE) : report(error, result.error());
 }
 
-// As many bytes of text as fit, ended by a zero; the length of all of it.
+// Copies as many bytes of text as fit, ended by a zero. Returns the length of all of it.
 std::size_t copy_text(std::string_view text, char* to, std::size_t capacity) noexcept;
 
 inline Vec3 vec3(const double (&v)[3]) { return {v[0], v[1], v[2]}; }
 
-// A choice of C as one of C++ whose enumerators count in the same order; throws Error where it is none of the
-// `count`. Read as bytes: a caller may have written anything.
+// choice() converts a choice of C to one of C++ whose enumerators count in the same order. It throws Error if it is none of
+// the `count`. The number is read as bytes: a caller may have written anything.
 template <class From>
 int number_of(const From& from) noexcept {
   static_assert(sizeof(From) == sizeof(int));
@@ -73,7 +73,7 @@ To choice(const From& from, int count, const std::string& field) {
   if (value >= 0 && value < count) return static_cast<To>(value);
   throw Error{field, std::to_string(value), "a choice from 0 to " + std::to_string(count - 1)};
 }
-// One that scene files have words for.
+// A choice that scene files have words for.
 template <class To, class From>
 To choice(const From& from, const std::string& field) {
   return choice<To>(from, static_cast<int>(words<To>.size()), field);

@@ -26,7 +26,7 @@ namespace {
 
 constexpr int arrivals = 2;
 
-// change(the instance as C++ has it)
+// Calls change(the instance as C++ has it).
 template <class Change>
 dvdx_status changed_in(dvdx_instance* instance, dvdx_error* error, const Change& change) {
   if (instance == nullptr) return missing(error, "instance");

@@ -88,7 +88,7 @@ dvdx_status create(const Scene& scene, const Lifecycle& turnover, const Options&
   return report(error, DVDX_DONE);
 }
 
-// Columns of the caller's that one call may carry: their list is made anew for each, on the stack.
+// The most columns of the caller's in one call. Their list is made for each call, on the stack.
 constexpr std::size_t most_carried = 32;
 
 dvdx_status check_carried(const dvdx_live& live, dvdx_error* error) noexcept {
@@ -104,7 +104,7 @@ dvdx_status check_carried(const dvdx_live& live, dvdx_error* error) noexcept {
   return DVDX_DONE;
 }
 
-// That ages and lifetimes have memory of their own.
+// Checks that ages and lifetimes have memory of their own.
 template <class T>
 dvdx_status check_ages(const dvdx_live& live, std::size_t capacity, dvdx_error* error) noexcept {
   if (live.age.base == nullptr || capacity == 0) return DVDX_DONE;
@@ -134,7 +134,7 @@ dvdx_status check_live(const dvdx_live& live, std::size_t capacity, dvdx_error* 
   return check_carried(live, error);
 }
 
-// work(the plan, the particles as C++ has them), and what came of them.
+// Calls work(the plan, the particles as C++ has them), and writes the results back.
 template <class T, class Work>
 dvdx_status stepped(const LifecyclePlan<T>& plan, dvdx_live& live, dvdx_error* error, const Work& work) noexcept {
   if (const dvdx_status status = check_live<T>(live, plan.turnover().capacity, error); status != DVDX_DONE) return status;
@@ -150,7 +150,7 @@ dvdx_status stepped(const LifecyclePlan<T>& plan, dvdx_live& live, dvdx_error* e
                          .removed = live.removed,
                          .dropped = live.dropped};
   const StepResult result = work(plan, particles);
-  // Where a step did not end, those of the call before it have.
+  // If a step did not end, the steps of the call before it did.
   if (result == StepResult::done || result == StepResult::too_many_neighbours) {
     put_clock(particles.state.clock, live.state);
     live.state.count = particles.state.count;
@@ -257,7 +257,7 @@ dvdx_status dvdx_live_plan_clone(const dvdx_live_plan* plan, dvdx_live_plan** cl
 
 namespace {
 
-// change(the plan as C++ has it)
+// Calls change(the plan as C++ has it).
 template <class Change>
 dvdx_status changed_life(dvdx_live_plan* plan, dvdx_error* error, const Change& change) {
   if (plan == nullptr) return missing(error, "plan");
@@ -309,7 +309,7 @@ dvdx_status dvdx_live_plan_set_emitter(dvdx_live_plan* plan, size_t index, const
 
 namespace {
 
-// burst(the plan, the particles): an error as C++ has it.
+// Calls burst(the plan, the particles), which returns an error as C++ has it.
 template <class T, class Burst>
 dvdx_status burst_by(const dvdx::LifecyclePlan<T>& plan, dvdx_live& live, size_t index, dvdx_error* error, const Burst& burst) {
   return guarded(error, [&] {
@@ -324,7 +324,7 @@ dvdx_status burst_by(const dvdx::LifecyclePlan<T>& plan, dvdx_live& live, size_t
   });
 }
 
-// use(the plan, the workspace), where both are of one precision.
+// Calls use(the plan, the workspace) if both are of one precision.
 template <class Use>
 dvdx_status with_workspace(const dvdx_live_plan& plan, dvdx_live_workspace& workspace, dvdx_error* error, const Use& use) {
   const auto of = [&]<class T>(const dvdx::LifecyclePlan<T>& p) -> dvdx_status {

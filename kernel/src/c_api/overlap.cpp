@@ -5,7 +5,7 @@
 namespace dvdx::c_api {
 namespace {
 
-// Merges both lists of runs in ascending order, from the given ones on.
+// Returns true if two runs overlap. Walks both lists in ascending order from the given runs on, for at most `most` steps.
 bool overlap_from(const Runs& a, std::size_t i, const Runs& b, std::size_t k, std::size_t most) noexcept {
   for (std::size_t step = 0; step < most && i < a.count && k < b.count; ++step) {
     if (a.begin(i) < b.end(k) && b.begin(k) < a.end(i)) return true;
@@ -14,7 +14,7 @@ bool overlap_from(const Runs& a, std::size_t i, const Runs& b, std::size_t k, st
   return false;
 }
 
-// The first run of a that ends behind an address.
+// The first run of a that ends above an address.
 std::size_t first_behind(const Runs& a, std::uintptr_t address) noexcept {
   if (a.end(0) > address || a.stride == 0) return 0;
   return std::min<std::size_t>((address - a.low) / a.stride, a.count - 1);
@@ -38,8 +38,8 @@ bool overlaps_itself(const Runs& a) noexcept {
   return a.count > 1 && (a.end(0) > a.begin(1) || (a.count > 2 && a.bytes > a.stride));
 }
 
-// Where both strides are equal, the runs of one lie alike between those of the other from the first that can meet to the
-// second last; so a look at both ends of the stretch that they share is enough.
+// If both strides are equal, the runs of one lie alike between those of the other, from the first that can meet to the second
+// last. It is then enough to look at both ends of the stretch that they share.
 bool overlap(const Runs& a, const Runs& b) noexcept {
   const std::uintptr_t begin = std::max(a.low, b.low);
   const std::uintptr_t end = std::min(a.end(a.count - 1), b.end(b.count - 1));

@@ -8,8 +8,8 @@
 
 namespace dvdx::c_api {
 
-// A column's bytes: runs of `bytes` each, `stride` apart in ascending order, the last of which may be shorter where it lies
-// highest (`last`), or lie lowest (a negative stride: then `first`).
+// A column's bytes: runs of `bytes` each, `stride` apart in ascending order. The column's last run may be shorter. It lies
+// highest (`last`), or lowest if the column's stride is negative (`first`).
 struct Runs {
   std::uintptr_t low = 0;     // of the lowest run
   std::uintptr_t stride = 0;  // from a run to the next higher
@@ -27,7 +27,7 @@ struct Runs {
 // The runs of the first n elements, n > 0.
 [[nodiscard]] Runs runs_of(const dvdx_column& column, std::size_t n, std::size_t size) noexcept;
 [[nodiscard]] bool overlaps_itself(const Runs& a) noexcept;
-// Exact. A few operations where the columns lie apart or have the same stride, else one pass over their runs.
+// Exact. Takes a few operations if the columns lie apart or have the same stride, otherwise one pass over their runs.
 [[nodiscard]] bool overlap(const Runs& a, const Runs& b) noexcept;
 
 }  // namespace dvdx::c_api

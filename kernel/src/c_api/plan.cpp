@@ -30,7 +30,7 @@ dvdx_status create(const Scene& scene, const Options& options, const dvdx_state*
   return report(error, DVDX_DONE);
 }
 
-// contacts: null, or what they do is reported to.
+// contacts: receives what contacts do, or null.
 template <class T>
 dvdx_status step(const Plan<T>& plan, dvdx_state& state, std::size_t steps, const dvdx_parallel* parallel,
                  ContactReport* contacts, dvdx_error* error) noexcept {
@@ -116,7 +116,7 @@ dvdx_status dvdx_plan_seek(const dvdx_plan* plan, dvdx_state* state, uint64_t st
 
 namespace {
 
-// change(the plan as C++ has it)
+// Calls change(the plan as C++ has it).
 template <class Change>
 dvdx_status changed(dvdx_plan* plan, dvdx_error* error, const Change& change) {
   if (plan == nullptr) return missing(error, "plan");
@@ -126,7 +126,7 @@ auto changer(dvdx_plan* plan, dvdx_error* error) {
   return [=](const auto& change) { return changed(plan, error, change); };
 }
 
-// The plan's force or contact becomes one of a scene's `list`.
+// Replaces the plan's force or contact number `index` by number `from` of a scene's `list`.
 template <class List>
 dvdx_status replaced(dvdx_plan* plan, std::size_t index, const List& list, std::size_t from, const char* kind,
                      dvdx_error* error) {
@@ -178,7 +178,7 @@ void dvdx_plan_forget(dvdx_plan* plan) {
 
 namespace {
 
-// use(the plan, the state) where the state has columns as the plan needs them.
+// Calls use(the plan, the state) if the state has columns as the plan needs them.
 template <class P, class Use>
 dvdx_status with_state(P& plan, const dvdx_state& state, dvdx_error* error, const Use& use) {
   const auto of = [&]<class T>(const dvdx::Plan<T>& /*plan*/) -> dvdx_status {

@@ -1,4 +1,4 @@
-// The handle of a plan, of either precision, and what calls of a plan and of a workspace have in common.
+// The handle of a plan, of either precision, and helpers for the calls of plans and workspaces.
 #pragma once
 
 #include <algorithm>
@@ -18,7 +18,7 @@ struct dvdx_plan {
 
 namespace dvdx::c_api {
 
-// rotation: null where it is not turned.
+// rotation: null if there is none.
 inline Pose pose_of(const double* translation, const double* rotation) noexcept {
   Pose pose;
   for (std::size_t k = 0; k < 3; ++k) {
@@ -28,12 +28,12 @@ inline Pose pose_of(const double* translation, const double* rotation) noexcept 
   return pose;
 }
 
-// Three numbers for each; none of a null pointer. An array of three numbers is nothing but these.
+// The vectors of three numbers each; none if the pointer is null. A Vec3 is an array of three numbers and nothing else.
 inline std::span<const Vec3> vectors_of(const double* numbers, std::size_t count) noexcept {
   return std::span(reinterpret_cast<const Vec3*>(numbers), numbers != nullptr ? count : 0);
 }
 
-// As many as there is room for.
+// Copies as many numbers as there is room for. count: receives how many there are.
 inline dvdx_status put_numbers(const std::vector<double>& from, double* to, std::size_t capacity, std::size_t& count,
                                dvdx_error* error) noexcept {
   count = from.size();

@@ -70,7 +70,7 @@ Anchor anchor(const dvdx_anchor& from, const std::string& field) {
   return vec3(from.at);
 }
 
-// None where the default stands.
+// Nothing for the default.
 std::optional<Method> method(const dvdx_method& from, const std::string& field) {
   const auto chosen = choice<dvdx_method>(from, methods, field);
   if (chosen == DVDX_METHOD_DEFAULT) return std::nullopt;
@@ -193,7 +193,7 @@ Tethers value(const dvdx_tethers& from, const std::string& /*at*/) {
   return {.network = from.network, .stretch = from.stretch};
 }
 
-// An element of a list of the scene's, or of its motion's, whose number stands in the field.
+// The element of a list of the scene, or of one of its motions. field: the name of the field with its number.
 template <class Element>
 Element& element_of(std::vector<Element>& list, std::size_t index, const char* field, const std::string& whose,
                     const char* name) {
@@ -304,7 +304,7 @@ void set_aerodynamics(Scene& to, const dvdx_aerodynamics& from) {
   std::visit(take, element_of(to.networks, from.network, "aerodynamics.network", "scene", "networks"));
 }
 
-// change(scene, *what), with both pointers looked at first.
+// Calls change(scene, *what) after a check of both pointers.
 template <class What, class Change>
 dvdx_status changed(dvdx_scene* scene, const What* what, const char* name, dvdx_error* error, const Change& change) noexcept {
   if (scene == nullptr) return missing(error, "scene");
@@ -315,7 +315,7 @@ dvdx_status changed(dvdx_scene* scene, const What* what, const char* name, dvdx_
   });
 }
 
-// Adds a value to one of a scene's lists, whose name stands in front of its fields in messages.
+// Adds a value to one of a scene's lists. name: the list's, which stands in front of its fields in messages.
 template <class What, class List>
 dvdx_status added(dvdx_scene* scene, const What* what, List Scene::*list, const char* name, dvdx_error* error) noexcept {
   return changed(scene, what, name, error, [&](Scene& to, const What& from) {

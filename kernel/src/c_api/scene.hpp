@@ -15,7 +15,7 @@ namespace dvdx::c_api {
 
 Scalars scalars(const dvdx_scalars& from, const std::string& field);
 Wind wind_of(const dvdx_wind& from);
-// Throws Error where its modulus is negative, or a triangle names a particle that has no place.
+// Throws Error if its modulus is negative, or if a triangle names a particle that has no place.
 struct BentSheet {
   std::vector<Triangle> triangles;
   std::vector<Vec3> flat;

@@ -17,7 +17,7 @@ struct dvdx_workspace {
 namespace dvdx::c_api {
 namespace {
 
-// change(the workspace as C++ has it)
+// Calls change(the workspace as C++ has it).
 template <class Change>
 dvdx_status changed(dvdx_workspace* workspace, dvdx_error* error, const Change& change) {
   if (workspace == nullptr) return missing(error, "workspace");
@@ -27,7 +27,7 @@ auto changer(dvdx_workspace* workspace, dvdx_error* error) {
   return [=](const auto& change) { return changed(workspace, error, change); };
 }
 
-// use(the plan, the workspace, the state), where all three are of one precision.
+// Calls use(the plan, the workspace, the state) if all three are of one precision.
 template <class W, class Use>
 dvdx_status with_state(const dvdx_plan& plan, W& workspace, const dvdx_state& state, dvdx_error* error, const Use& use) {
   const auto of = [&]<class T>(const Plan<T>& p) -> dvdx_status {

@@ -19,7 +19,7 @@ struct Entry {
 
 bool always() noexcept { return true; }
 
-// The scalar twins know no estimate: in fast arithmetic they are the contracted ones, which fast ones are held against.
+// The scalar twins have no estimate. In fast arithmetic they are the contracted ones, against which fast passes are tested.
 #ifdef __x86_64__
 // The compiler's own check also asks whether the operating system saves the registers, which CPUID alone does not say.
 bool has_fma() noexcept { return __builtin_cpu_supports("fma"); }
@@ -31,7 +31,7 @@ bool has_avx2() noexcept { return __builtin_cpu_supports("avx2"); }
 }
 #endif
 
-// DVDX_ISAS of the build says which are there.
+// DVDX_ISAS of the build selects the entries.
 constexpr std::array entries = {
     Entry{Isa::reference, Arithmetic::separate, &reference_separate, always},
     Entry{Isa::reference, Arithmetic::contracted, &reference_contracted, always},

@@ -51,7 +51,7 @@ extern const Passes avx2_separate, avx2_contracted, avx2_fast;
 extern const Passes avx512_separate, avx512_contracted, avx512_fast;
 extern const Passes neon64_separate, neon64_contracted, neon64_fast;
 
-// Null where the binary or the machine lacks it.
+// Null if the binary or the machine lacks it.
 const Passes* find_passes(Isa isa, Arithmetic arithmetic = Arithmetic::separate) noexcept;
 
 }  // namespace dvdx

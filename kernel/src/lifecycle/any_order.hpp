@@ -1,5 +1,5 @@
-// A step whose survivors stand in any order: births take the places of what goes, and the last fill the holes that are left
-// (lifecycle/pass/fill.hpp).
+// A step with survivors in any order (lifecycle/pass/fill.hpp): births take the places of removed particles, and the last
+// survivors fill the holes that are left.
 #pragma once
 
 #include <algorithm>
@@ -18,7 +18,7 @@ namespace dvdx {
 template <class T>
 class AnyOrder {
  public:
-  // `births` particles are born, all of which find room; `number` were born before.
+  // births: the particles born in this step, all of which find room. number: the particles born before.
   AnyOrder(const CompiledLifecycle<T>& compiled, LifecycleWorkspace<T>& workspace, const LiveState<T>& live,
            const LiveChunks<T>& chunks, std::uint64_t births, std::uint64_t number) noexcept
       : p_(compiled),
@@ -29,7 +29,7 @@ class AnyOrder {
         births_(births),
         number_(number) {}
 
-  // New ends: behind the first stands what was born when all runs were full, and has not been looked at.
+  // The new ends. Between them stand births that found all runs full and are not yet tested for removal.
   struct Ends {
     std::size_t of_seen = 0, of_all = 0;
   };
@@ -59,13 +59,13 @@ class AnyOrder {
   }
 
  private:
-  // The births that a run of `count` places from `first` on may take: as many for each place as can be.
+  // The births that a run of `count` places from `first` on may take: they are spread evenly over all places.
   [[nodiscard]] Stretch share_of(std::size_t first, std::size_t count, std::size_t all) const noexcept {
     const std::uint64_t from = births_ * first / all, to = births_ * (first + count) / all;  // below 2^64: both are below 2^32
     return {.first = from, .count = to - from};
   }
 
-  // How many of the run's places are then taken, from the first on. `births` is what is left of them.
+  // Steps a run, and takes the births that it places off `births`. Returns how many of its places, the first ones, are taken.
   std::size_t step_run(const ParticleGroup& run, std::size_t task, Stretch& births) const noexcept {
     std::array<std::uint64_t, fill_run / 64> removed{};
     if (chunks_.can_be_viewed(run.first)) {
@@ -88,7 +88,7 @@ class AnyOrder {
     return kept;
   }
 
-  // Births that found no hole in their run go to the free ends of others.
+  // Puts births that found no hole in their run into the free ends of others.
   void fill_ends(const ParticleGroup& group, std::span<std::size_t> kept, std::span<Stretch> waiting) const noexcept {
     std::size_t run = 0;
     for (Stretch& births : waiting) {
@@ -101,7 +101,7 @@ class AnyOrder {
     }
   }
 
-  // And then follow behind all. Returns how many.
+  // Appends the births that are left behind all particles. Returns how many.
   std::size_t append(std::size_t end, std::span<const Stretch> waiting, const ParallelFor& parallel) const noexcept {
     std::size_t all = 0, pieces = 0;
     for (const Stretch& births : waiting) {
@@ -133,7 +133,7 @@ class AnyOrder {
     }
   }
 
-  // Makes as many of the births as one emitter has and as may be made, and takes them off.
+  // Makes the next births of one emitter, at most `most`, and takes them off `births`.
   void make(Stretch& births, std::size_t most, BornBlock<T>& block) const noexcept {
     std::uint64_t before = births.first;
     std::size_t e = 0;
@@ -154,7 +154,7 @@ class AnyOrder {
     births.count -= count;
   }
 
-  // Puts births at at(0), at(1) and so on, until `places` are taken; what is to go at once takes none. Returns how many are.
+  // Puts births at at(0), at(1), ... until `places` are taken, and returns how many are. A birth removed at once takes none.
   template <class At>
   std::size_t put(Stretch& births, std::size_t places, const At& at) const noexcept {
     const bool dies_of_age = live_.age.base != nullptr && live_.lifetime.base != nullptr;

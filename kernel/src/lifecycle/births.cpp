@@ -1,4 +1,4 @@
-// How many births an emitter has made until some time.
+// The number of births of an emitter until some time.
 #include <algorithm>
 #include <cmath>
 
@@ -6,8 +6,8 @@
 
 namespace dvdx {
 
-// rate (time - start), in twice double precision. A birth that belongs to a step's very end is there, although times and rate
-// may not be what their decimals say: each is rounded by at most 2^-53 of itself.
+// rate (time - start), in twice double precision. The slack keeps a birth at the very end of a step in that step, although
+// times and rate may not be what their decimals say: each is rounded by at most 2^-53 of itself.
 BirthsBy births_by(const Emitter& emitter, const Clock& clock) noexcept {
   constexpr double rounding = 0x1p-50;
   constexpr double most = 0x1p62;

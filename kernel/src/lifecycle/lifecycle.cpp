@@ -1,4 +1,4 @@
-// Compiling what comes and goes, and saying what is wrong with it.
+// Compiles particles that come and go, and checks what is asked of them.
 #include "lifecycle/lifecycle.hpp"
 
 #include <cmath>
@@ -100,7 +100,7 @@ std::optional<Error> check(const Lifecycle& turnover, const Options& options, co
   return check.error;
 }
 
-// Values that belong to one particle would have to move with it.
+// Refuses values for each particle, which would have to move with it, and what joins or holds particles.
 std::optional<Error> check_alike(const Scene& scene) {
   Checker check(std::nullopt);
   for_each_particle_value_of(scene, [&](const std::string& field, const auto& value) {
@@ -118,7 +118,7 @@ std::optional<Error> check_alike(const Scene& scene) {
   return std::nullopt;
 }
 
-// Each particle is as large as all others, and what is left of another's numbers are in order.
+// Meeting particles that come and go have one radius, and survivors keep their order.
 std::optional<Error> check_meeting(const Scene& scene, const Lifecycle& turnover, const Options& options) {
   if (!scene.meet) return std::nullopt;
   const Meet& meet = *scene.meet;
@@ -137,7 +137,7 @@ std::optional<Error> check_meeting(const Scene& scene, const Lifecycle& turnover
   return std::nullopt;
 }
 
-// A step is one flow: no surface may turn farther in it than a flow takes, by its keys.
+// A step is one flow: no surface may turn farther in it, by its keys, than a flow takes.
 std::optional<Error> check_turns(const std::vector<Contact>& contacts, const std::vector<PoseTrack>& tracks, double step) {
   for (std::size_t i = 0; i < contacts.size(); ++i) {
     const auto& motion = motion_of(contacts[i]);
@@ -260,13 +260,13 @@ LifecyclePlan<T>::~LifecyclePlan() {
 
 namespace {
 
-// Where particles meet, there are as many sub-steps as surfaces that turn ask for.
+// Particles that meet have as many sub-steps as turning surfaces ask for.
 template <class T>
 std::optional<Error> check_turns(const CompiledLifecycle<T>& of, const std::vector<Contact>& contacts, double step) {
   return meets(of) ? std::nullopt : check_turns(contacts, of.tracks, step);
 }
 
-// change(what a live plan is compiled to)
+// Calls change(the compiled lifecycle).
 template <class Parts, class Change>
 Expected<void> changed_life(Parts* parts, const Change& change) {
   if (parts == nullptr) return tl::unexpected(moved_from("plan"));
@@ -325,7 +325,7 @@ LiveWorkspace<T> LifecyclePlan<T>::workspace() const {
   LiveWorkspace<T> made(new typename LiveWorkspace<T>::Parts(parts_->workspace.shape, parts_->memory));
   if (meets(parts_->compiled)) made.parts_->workspace.meeting.emplace(parts_->compiled.plan.workspace());
   const Stepping stepping(parts_->workspace.is_stepping);
-  if (!stepping) return made;  // told nothing: a step then says so
+  if (!stepping) return made;  // not driven: a step returns driven_elsewhere
   made.parts_->workspace.followers.motions = parts_->workspace.followers.motions;
   made.parts_->workspace.known = parts_->drives;
   return made;

@@ -24,13 +24,13 @@
 
 namespace dvdx {
 
-// Steps that are taken while a chunk is in cache: what dies during them is stepped to their end,
-// which adds one step in 14 where particles live for 50.
+// Steps that are taken while a chunk is in cache. Particles that die during them are stepped to their end, which adds one step
+// in 14 if particles live for 50.
 inline constexpr std::size_t batch_steps = 8;
-// Particles that are stepped, marked and moved while the second-level cache holds them. Every pass over them begins at memory's
-// pace anew: a million with 2 % turnover took 4.3 ms a step in chunks of 1024, 2.9 in those of 8192 (one thread, AMD EPYC).
+// Particles that are stepped, marked and moved while they are in second-level cache. Every pass over them starts at the speed
+// of memory: a million with 2 % turnover took 4.3 ms a step in chunks of 1024, 2.9 in those of 8192 (one thread, AMD EPYC).
 inline constexpr std::size_t live_chunk = 8192;
-inline constexpr std::size_t aside_chunk = 1024;   // where they are stepped in the plan's own memory
+inline constexpr std::size_t aside_chunk = 1024;   // likewise, stepped in the plan's own memory
 inline constexpr std::size_t live_segments = 8;    // pieces that the particles are cut into for threads
 inline constexpr std::size_t scratch_columns = 8;  // of a state, age and lifetime
 static_assert(live_chunk % aside_chunk == 0 && fill_run % aside_chunk == 0);
@@ -39,26 +39,26 @@ inline constexpr std::size_t most_groups = batch_steps + live_segments;
 inline bool fills_holes(SurvivorOrder order) noexcept { return order == SurvivorOrder::any; }
 inline bool fills_holes(const Removal& removal) noexcept { return fills_holes(removal.order); }
 
-// Births of one emitter until some time, as many as are whole, and as a number.
+// Births of one emitter until some time: the whole births, and the number with its fraction.
 struct BirthsBy {
   std::uint64_t whole = 0;
   TwoDouble number{};
 };
 BirthsBy births_by(const Emitter& emitter, const Clock& clock) noexcept;
 
-// Births side by side, counted from some first one.
+// Consecutive births, counted from some first one.
 struct Stretch {
   std::uint64_t first = 0, count = 0;
 };
 
-// Particles side by side that are stepped alike.
+// Consecutive particles that are stepped alike.
 struct ParticleGroup {
   std::size_t first = 0, count = 0;
   std::size_t steps = 0;
   Clock clock{};
-  bool is_new = false;       // born in this batch: looked at before the first step too
-  bool is_stepped = false;   // they have moved: they grow old by the steps, and are looked at
-  std::size_t aside_of = 0;  // of particles that are stepped aside: where the first of them stands
+  bool is_new = false;       // born in this batch: tested for removal before the first step too
+  bool is_stepped = false;   // already moved: the steps only age and test them
+  std::size_t aside_of = 0;  // of particles stepped in the plan's own memory: the place of the first
 };
 
 template <class T>
@@ -81,8 +81,7 @@ struct LifecycleShape {
   bool meets = false;
   bool operator==(const LifecycleShape&) const = default;
 };
-// Whether the particles meet: the plan then steps all of them, sub-step by sub-step in working columns, and what follows a
-// motion there.
+// Whether the particles meet. The plan then steps all of them, and what follows a motion, in working columns by sub-steps.
 template <class T>
 bool meets(const CompiledLifecycle<T>& compiled) noexcept {
   return compiled.plan.scene().meet.has_value();
@@ -99,16 +98,16 @@ LifecycleShape shape_of(const CompiledLifecycle<T>& compiled) noexcept {
           .meets = meets(compiled)};
 }
 
-// All that follows a motion: of one step, where it is at the step's end.
+// Everything that follows a motion, as it is at the end of one step.
 template <class T>
 struct LiveFollowers {
   explicit LiveFollowers(const LifecycleShape& shape);
 
-  std::vector<DrivenMotion> motions;  // what the caller has asked of each
+  std::vector<DrivenMotion> motions;  // with the caller's targets
   std::vector<MovedPose> poses;       // of each
   std::vector<Surface<T>> surfaces;   // of the scene's contacts
-  Terms<T> terms{};                   // of the step, by these surfaces
-  const Terms<T>* moved = nullptr;    // these, where some surface is carried
+  Terms<T> terms{};                   // of the step, with these surfaces
+  const Terms<T>* moved = nullptr;    // these, if a surface is carried
 };
 
 // The working memory of one call: only one state is stepped in it at a time.
@@ -124,20 +123,20 @@ struct LifecycleWorkspace {
   std::array<Clock, batch_steps + 1> clocks;  // of the same times
   AlignedArray<T> scratch;                    // a chunk for each thread
   std::size_t overflow_bytes;
-  AlignedArray<T> overflow;       // survivors that must wait until another thread has read where they belong
-  std::vector<std::size_t> kept;  // of each run, in any order
+  AlignedArray<T> overflow;       // survivors that wait until the places where they belong have been read
+  std::vector<std::size_t> kept;  // places taken in each run, for SurvivorOrder::any
   std::vector<Stretch> waiting;   // births that found no hole in their run
   std::vector<Fill> fills;        // of each thread
   LiveFollowers<T> followers;
   std::optional<Workspace<T>> meeting;  // of particles that meet; none: the plan's own
-  std::vector<std::uint32_t> after;     // likewise: the number of each after a removal
+  std::vector<std::uint32_t> after;     // likewise: each particle's number after a removal
   std::atomic_flag is_stepping = ATOMIC_FLAG_INIT;
-  // How many of the plan's calls of set_pose it knows of; all, where it has been driven itself.
+  // The number of the plan's calls of set_pose() that this workspace includes; all_known if it was driven itself.
   std::uint64_t known = 0;
   static constexpr std::uint64_t all_known = std::numeric_limits<std::uint64_t>::max();
 };
 
-// Whether a contact follows a motion that the lifecycle moves; and whether anything does.
+// Whether a contact, and whether anything, follows a motion that the lifecycle moves.
 template <class T>
 bool moves_contacts(const CompiledLifecycle<T>& compiled) noexcept {
   return !compiled.tracks.empty() && !meets(compiled) && is_any_carried(compiled.plan.scene().contacts);
@@ -171,7 +170,7 @@ struct LifecyclePlan<T>::Parts {
   CompiledLifecycle<T> compiled;
   LifecycleWorkspace<T> workspace;
   Memory memory;
-  std::uint64_t drives = 0;  // calls of set_pose
+  std::uint64_t drives = 0;  // number of calls of set_pose()
 };
 
 template <class T>

@@ -1,4 +1,4 @@
-// Births, as elements of the columns of particles that come and go.
+// Makes births, and puts them into the columns of particles that come and go.
 #pragma once
 
 #include <algorithm>
@@ -12,7 +12,7 @@
 
 namespace dvdx {
 
-// A few births, rounded to the state's type; all of them, or those that are not to go at once.
+// A few births, rounded to the state's type, before or after leave_out().
 template <class T>
 struct BornBlock {
   using Values = std::array<T, born_together>;
@@ -22,7 +22,7 @@ struct BornBlock {
   std::size_t count = 0;
 };
 
-// Births go straight as seen from the motion that carries their emitter.
+// Moves births into the world. They go straight as seen from the motion that carries their emitter.
 inline void carry(const MovedPose& pose, std::size_t count, Born& born) noexcept {
   for (std::size_t k = 0; k < count; ++k) {
     const Vec3 x{born.x[0][k], born.x[1][k], born.x[2][k]};
@@ -55,7 +55,7 @@ void make_births(const Passes& passes, const EmissionTerms& emitter, const Moved
   block.count = births.count;
 }
 
-// Leaves out what is to go as soon as it is born.
+// Leaves out births that are removed at once.
 template <class T>
 void leave_out(const RemovalKernels<T>& kernels, const RemovalTerms<T>& terms, bool dies_of_age, BornBlock<T>& block) noexcept {
   std::array<std::uint64_t, born_together / 64> removed{};
@@ -79,7 +79,7 @@ void leave_out(const RemovalKernels<T>& kernels, const RemovalTerms<T>& terms, b
   block.count = kept;
 }
 
-// Birth k of a block goes to element at(k). first_number: how many were born before the block's first one.
+// Puts birth k of a block at element at(k). first_number: the number of births before the block's first one.
 template <class T, class At>
 void put_births(const BornBlock<T>& block, const LiveState<T>& live, std::uint64_t first_number, const At& at) noexcept {
   const auto put = [&](const typename BornBlock<T>::Values& values, const Column<T>& column) {

@@ -1,5 +1,4 @@
-// Chunks of particles that come and go, while they are in cache: all their steps, ages and marks, and the moves of those that
-// stay.
+// Chunks of particles that come and go, while in cache: all their steps, ages and removal marks, and the survivors' moves.
 #pragma once
 
 #include <algorithm>
@@ -30,9 +29,9 @@ class LiveChunks {
 
   [[nodiscard]] T step_size() const noexcept { return static_cast<T>(p_.plan.step_size()); }
 
-  // All its steps; what is to go after any of them is marked. Particles are stepped where they are, and are still in cache when
-  // their survivors move: stepped in a place of their own, so that each line of the state's memory is written once, a million
-  // with 2 % turnover took 6.9 ms a step in place of 5.0 (one thread, AMD EPYC).
+  // Makes all steps of a chunk, and marks what is to be removed after any of them. Particles are stepped in place, and are
+  // still in cache when the survivors move. Stepping in a separate place, which writes each line of the state's memory once,
+  // took 6.9 ms a step in place of 5.0 for a million particles with 2 % turnover (one thread, AMD EPYC).
   [[nodiscard]] Stepped step_chunk(const ParticleGroup& chunk, std::size_t scratch,
                                    std::span<std::uint64_t> removed) const noexcept {
     Stepped stepped;
@@ -66,7 +65,7 @@ class LiveChunks {
     grow_old(at, chunk, removed);
   }
 
-  // The columns of two states that are alike, but for the caller's own.
+  // Calls use(column of a, column of b) for all columns of two states but the caller's own.
   template <class Use>
   static void for_each_pair(const LiveState<T>& a, const LiveState<T>& b, const Use& use) noexcept {
     for (std::size_t axis = 0; axis < 3; ++axis) use(strip_of(a.state.x[axis]), strip_of(b.state.x[axis]));
@@ -75,7 +74,7 @@ class LiveChunks {
     if (a.lifetime.base != nullptr) use(strip_of(a.lifetime), strip_of(b.lifetime));
   }
 
-  // use(where a chunk's column is, its first element there, the live column), in the order of for_each_strip.
+  // Calls use(the column that the chunk is in, its first element there, the live column), in the order of for_each_strip.
   template <class Use>
   void for_each_source(const Stepped& stepped, const ParticleGroup& chunk, const Use& use) const noexcept {
     const std::size_t first = stepped.is_apart ? 0 : chunk.first;
@@ -92,9 +91,9 @@ class LiveChunks {
                     [&](const Strip& from, std::size_t first, const Strip& live) { compacting.add(from, first, live, to); });
   }
 
-  // Smaller chunks from now on.
+  // Makes chunks smaller from now on.
   void make_small() noexcept { chunk_ = aside_chunk; }
-  [[nodiscard]] std::size_t most() const noexcept { return chunk_; }  // particles of one
+  [[nodiscard]] std::size_t most() const noexcept { return chunk_; }  // particles of a chunk
   template <class Use>
   void for_each(const ParticleGroup& group, const Use& use) const noexcept {
     for (std::size_t from = 0; from < group.count;) {
@@ -106,12 +105,12 @@ class LiveChunks {
     }
   }
 
-  // How many particles from number `first` on may be stepped together.
+  // The number of particles from number `first` on that may be stepped together.
   [[nodiscard]] std::size_t most_from(std::size_t first) const noexcept {
     return can_be_viewed(first) ? live_chunk : aside_chunk;
   }
 
-  // Where particles lie in tiles, a view cannot start within one.
+  // Whether a view may start at `first`: it cannot start within a tile.
   [[nodiscard]] bool can_be_viewed(std::size_t first) const noexcept {
     const auto fits = [first](const Column<T>& column) { return column.is_contiguous() || first % column.run == 0; };
     return std::all_of(live_.state.x.begin(), live_.state.x.end(), fits) &&
@@ -189,7 +188,7 @@ class LiveChunks {
   const LifecycleWorkspace<T>& ws_;
   const RemovalKernels<T>& kernels_;
   const LiveState<T>& live_;
-  ContactReport::Parts* report_;  // null: nobody asks what contacts do
+  ContactReport::Parts* report_;  // null: no report is wanted
   std::size_t chunk_ = live_chunk;
 };
 

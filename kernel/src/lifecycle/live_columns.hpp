@@ -15,11 +15,11 @@
 
 namespace dvdx {
 
-inline constexpr std::size_t staged = 1024;  // particles whose columns are gathered where they do not lie side by side
+inline constexpr std::size_t staged = 1024;  // particles that are gathered at once from columns that are not contiguous
 
 using Removed = std::array<std::uint64_t, live_chunk / 64>;  // a bit for each particle of a chunk
 
-// One column as bytes: what the removal moves.
+// One column as bytes, as removal moves it.
 struct Strip {
   std::byte* base = nullptr;
   std::ptrdiff_t stride = 0;  // from a run to the next
@@ -56,7 +56,7 @@ void for_each_strip(const LiveState<T>& live, const Use& use) noexcept {
 
 inline bool is_removed(const std::uint64_t* removed, std::size_t i) noexcept { return (removed[i / 64] >> (i % 64) & 1) != 0; }
 
-// How many bits of a word are set. Without the instruction, which not every machine has, std::popcount calls a function.
+// The number of bits set in a word. std::popcount calls a function if the target lacks the instruction.
 inline std::uint64_t bits_set(std::uint64_t word) noexcept {
   word = word - (word >> 1 & 0x5555555555555555U);
   word = (word & 0x3333333333333333U) + (word >> 2 & 0x3333333333333333U);
@@ -70,7 +70,7 @@ inline std::size_t kept_of(std::span<const std::uint64_t> removed, std::size_t c
   return count - static_cast<std::size_t>(marked);
 }
 
-// Moves a chunk's survivors strip by strip: those whose elements are alike and lie side by side together.
+// Moves a chunk's survivors strip by strip. Contiguous strips of elements of 4 bytes, or of 8, are moved together.
 class Compacting {
  public:
   Compacting(const Passes& passes, std::size_t count, const Removed& removed) noexcept
@@ -119,7 +119,7 @@ void fill_side_by_side(const Fill& fill, const std::uint16_t* to, std::byte* bas
   for (std::size_t n = 0; n < fill.count; ++n) std::memcpy(base + to[n] * bytes, base + fill.from[n] * bytes, bytes);
 }
 
-// The moves of the run that begins at `first` into its holes from number `hole` on.
+// Moves survivors of the run that begins at `first` into its holes from number `hole` on.
 inline void fill_strip(const Fill& fill, std::size_t hole, const Strip& strip, std::size_t first) noexcept {
   const std::uint16_t* const to = fill.to.data() + hole;
   if (strip.is_side_by_side && strip.bytes == 4) return fill_side_by_side<4>(fill, to, strip.at(first));
@@ -137,7 +137,7 @@ inline void move_strip(const Strip& from, std::size_t first, std::size_t count, 
   for (std::size_t i = 0; i < count; ++i) std::memmove(to.at(at + i), from.at(first + i), from.bytes);
 }
 
-// Elements first, first + 1, ... of a column in contiguous memory: where they are, or a copy.
+// Elements first, first + 1, ... of a column in contiguous memory: in place, or a copy.
 template <class T>
 class Gathered {
  public:

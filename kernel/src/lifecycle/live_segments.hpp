@@ -1,4 +1,4 @@
-// Survivors of particles that come and go, moved together on threads: each compacts a piece of them.
+// Compacts the survivors of particles that come and go on several threads, each a piece of them.
 #pragma once
 
 #include <algorithm>
@@ -26,7 +26,7 @@ class LiveSegments {
         chunks_(chunks),
         parallel_(parallel) {}
 
-  // Steps the groups, and moves together what stays. Returns the new end.
+  // Steps the groups, and compacts the survivors. Returns the new end.
   std::size_t compact(std::span<const ParticleGroup> groups) noexcept {
     if (live_.state.count < few) chunks_.make_small();
     cut(groups, chunks_.most());
@@ -48,16 +48,16 @@ class LiveSegments {
   }
 
  private:
-  // Below this many particles whole chunks are too large to be shared among threads, and to lie behind what overflows.
+  // Below this many particles whole chunks are too large to share among threads, and too large as slack behind the overflow.
   static constexpr std::size_t few = 64 * live_chunk;
 
-  // A piece that one thread compacts. Its first survivors belong where the piece before it ends; that may not have been read
-  // yet, so they wait in the overflow.
+  // A piece that one thread compacts. Its first survivors belong behind those of the piece before. Another thread may not yet
+  // have read the particles there, so these survivors wait in the overflow.
   struct Segment {
     ParticleGroup group{};
     std::size_t kept = 0;
     std::size_t to = 0;          // where the survivors belong
-    std::size_t overflowed = 0;  // of them, at most
+    std::size_t overflowed = 0;  // of these, at most
     std::byte* overflow = nullptr;
   };
 
@@ -66,7 +66,7 @@ class LiveSegments {
     for_each_task(parallel_, segment_count_, body);
   }
 
-  // Into a fixed number of pieces of whole chunks or runs, whichever thread takes them.
+  // Cuts the groups into pieces of whole chunks. The pieces do not depend on the number of threads.
   void cut(std::span<const ParticleGroup> groups, std::size_t whole) noexcept {
     std::size_t all = 0;
     for (const ParticleGroup& group : groups) all += group.count;
@@ -102,7 +102,7 @@ class LiveSegments {
     }
   }
 
-  // Room for the survivors that must wait, if there is enough.
+  // Reserves overflow for the survivors that must wait, if there is enough.
   void reserve_overflow() noexcept {
     auto* next = reinterpret_cast<std::byte*>(ws_.overflow.get());
     std::size_t left = ws_.overflow_bytes;
@@ -122,7 +122,7 @@ class LiveSegments {
     for (std::size_t s = 0; s < segment_count_; ++s) segments_[s].overflowed = 0;
   }
 
-  // A chunk more of every column, over which a compaction may write.
+  // The bytes of `particles` in every column, and of a chunk more, over which a compaction may write.
   [[nodiscard]] std::size_t overflow_bytes(std::size_t particles) const noexcept {
     if (particles == 0) return 0;
     std::size_t bytes = 0;
@@ -130,7 +130,7 @@ class LiveSegments {
     return bytes;
   }
 
-  // The contents of a segment's overflow, and the column that they belong to.
+  // Calls use(column, its part of the segment's overflow) for each column.
   template <class Use>
   void for_each_overflow(const Segment& segment, const Use& use) const noexcept {
     std::byte* next = segment.overflow;
@@ -152,7 +152,8 @@ class LiveSegments {
     segment.kept = kept;
   }
 
-  // The segment's survivors number `kept` and on: the first of them into the overflow, the others to the segment's own front.
+  // Moves the chunk's survivors, number `kept` and on of the segment's: the segment's first ones into the overflow, the others
+  // to the segment's own front.
   void move_chunk(const Segment& segment, const ParticleGroup& chunk, const Removed& removed, std::size_t kept,
                   const typename LiveChunks<T>::Stepped& stepped) noexcept {
     const std::size_t waiting = segment.overflowed > kept ? std::min(segment.overflowed - kept, stepped.kept) : 0;
@@ -174,7 +175,7 @@ class LiveSegments {
   }
 
   enum class Side { before, behind };
-  // Marks as removed what stands before, or behind, the end of the first `survivors` survivors.
+  // Marks as removed everything before, or behind, the end of the first `survivors` survivors.
   static void hide(Removed& removed, std::size_t count, std::size_t survivors, Side side) noexcept {
     std::size_t seen = 0;
     for (std::size_t i = 0; i < count; ++i) {

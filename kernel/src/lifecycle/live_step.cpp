@@ -1,5 +1,4 @@
-// A call of LifecyclePlan::step: in batches of steps, what lives is stepped and moved together, and what is born follows
-// behind.
+// A call of LifecyclePlan::step: in batches of steps, live particles are stepped and compacted, and births are appended.
 #include <algorithm>
 #include <span>
 
@@ -24,7 +23,7 @@ namespace dvdx {
 
 namespace {
 
-// Births by time never come to so high a number.
+// The first number of burst births. Births by time never reach it.
 constexpr std::uint64_t first_of_bursts = std::uint64_t{1} << 63U;
 
 template <class T>
@@ -45,9 +44,9 @@ class LifecycleStep {
 
   // Steps batch by batch.
   StepResult step(std::size_t steps) noexcept {
-    // Which particle fills which hole depends on the births of the steps before: one step at a time where they do. In a report
-    // a particle is known by where it stands when its step begins. Everything on a motion has one pose a step. Who meets whom
-    // depends on who lives.
+    // Four cases go one step at a time. Holes: which particle fills which depends on the births of the steps before. Reports:
+    // a particle is known by its place when its step begins. Motions: everything on one has one pose a step. Meetings: who
+    // meets whom depends on who lives.
     const bool goes_singly = fills_holes(p_.turnover.removal) || report_ != nullptr || moves_ || meets_;
     const std::size_t most = goes_singly ? 1 : batch_steps;
     for (std::size_t left = steps; left != 0;) {
@@ -77,7 +76,7 @@ class LifecycleStep {
   }
 
  private:
-  // Births in number order of one emitter within one step, and where they stand.
+  // Consecutive births of one emitter within one step, and where they stand.
   struct Run {
     const EmissionTerms* emitter = nullptr;
     const MovedPose* carrier = nullptr;
@@ -95,8 +94,8 @@ class LifecycleStep {
     return born;
   }
 
-  // As many steps as leave room for all their births, whatever dies meanwhile: which births find no room must not depend on how
-  // steps are batched. One step always: its births come after its deaths.
+  // The number of steps, at most `most`, that leave room for all their births even if nothing dies: which births find no room
+  // must not depend on how steps are batched. One step is always possible, as its births come after its deaths.
   [[nodiscard]] std::size_t batch_of(std::size_t most) noexcept {
     ws_.clocks[0] = live_.state.clock;
     for (std::size_t n = 0; n <= most; ++n) {
@@ -113,7 +112,7 @@ class LifecycleStep {
     return most;
   }
 
-  // Counts all that live, where it is not known that so many births find room.
+  // Counts all live particles, unless so many births are known to find room.
   void count_for(std::uint64_t births) noexcept {
     if (births <= room()) return;
     const std::uint64_t here = live_.state.count;
@@ -121,7 +120,7 @@ class LifecycleStep {
   }
   [[nodiscard]] std::uint64_t room() const noexcept { return p_.turnover.capacity - living_; }
 
-  // Steps all particles, where they meet: together, not chunk by chunk.
+  // Steps all particles if they meet: together, not chunk by chunk.
   [[nodiscard]] StepResult meet() noexcept {
     if (!meets_) return StepResult::done;
     State<T> state = live_.state;
@@ -143,7 +142,7 @@ class LifecycleStep {
 
   // ---- what follows a motion ----------------------------------------------------------------------------------------------
 
-  // Before a step: all poses at its end, and surfaces that go there.
+  // Before a step: finds all poses at its end, and moves surfaces there.
   void begin_driven_paths() noexcept {
     LiveFollowers<T>& followers = ws_.followers;
     followers.moved = nullptr;
@@ -197,7 +196,7 @@ class LifecycleStep {
            (end.number - TwoDouble(static_cast<double>(first) + 1)).value());
   }
 
-  // Births from number `first` on, of which the first is so many intervals old.
+  // Appends births from number `first` on. lead: the age of the first one, in intervals.
   void append(const EmissionTerms& emitter, const MovedPose* carrier, std::uint64_t first, std::uint64_t wanted,
               double lead) noexcept {
     const std::uint64_t all = std::min(wanted, room());
@@ -222,8 +221,8 @@ class LifecycleStep {
     for_each_task(is_worth_threads ? parallel_ : ParallelFor{}, run_.pieces, [this](std::size_t piece) { emit_piece(piece); });
   }
 
-  // This part's of so many births from number `first` on. They are as many for each part as can be, and which parts have one
-  // more goes round with the number.
+  // This part's share of `all` births from number `first` on. The shares are as equal as possible, and the parts that have one
+  // more rotate with the number.
   [[nodiscard]] Stretch share_of(std::uint64_t first, std::uint64_t all) const noexcept {
     const std::uint64_t parts = p_.shared.parts;
     const std::uint64_t each = all / parts, more = all % parts;
@@ -244,7 +243,7 @@ class LifecycleStep {
 
   // ---- steps and removal --------------------------------------------------------------------------------------------------
 
-  // Steps the groups, which lie one behind the other up to the last live particle, and moves together what stays.
+  // Steps the groups, which lie one behind the other up to the last live particle, and compacts the survivors.
   void compact_all(std::span<const ParticleGroup> groups) noexcept {
     const std::size_t first = groups.front().first;
     const std::size_t before = live_.state.count;
@@ -261,7 +260,7 @@ class LifecycleStep {
     live_.removed += before - live_.state.count;
   }
 
-  // None where waking them costs more than it saves.
+  // No threads if waking them costs more than it saves.
   [[nodiscard]] ParallelFor threads_for(std::size_t work) const noexcept {
     return work >= steps_worth_threads ? parallel_ : ParallelFor{};
   }
@@ -283,7 +282,7 @@ class LifecycleStep {
     return LiveSegments<T>(p_, ws_, live_, chunks_, parallel_).compact(groups);
   }
 
-  // The numbers of a chunk's particles once what is removed has gone, from `to` on.
+  // Notes the numbers of a chunk's particles after the removal. The survivors have `to` and on.
   void note_numbers(const ParticleGroup& chunk, const Removed& removed, std::size_t to) const noexcept {
     for (std::size_t i = 0; i < chunk.count; ++i) {
       const bool stays = !is_removed(removed.data(), i);
@@ -291,7 +290,7 @@ class LifecycleStep {
       to += stays ? 1U : 0U;
     }
   }
-  // The pulses of pairs go with their particles.
+  // Renumbers the pulses of pairs with their particles.
   void renumber(std::size_t before) noexcept {
     ReportedStep<T>::renumber(p_.plan, ws_.meeting ? &*ws_.meeting : nullptr, std::span(ws_.after).first(before),
                               live_.state.count);
@@ -299,7 +298,7 @@ class LifecycleStep {
 
   // ---- in any order -------------------------------------------------------------------------------------------------------
 
-  // One step in which all births are sure of room: they take the places of what goes.
+  // Makes one step in which all births are sure of room: they take the places of removed particles.
   void step_in_any_order(std::uint64_t births) noexcept {
     const std::uint64_t before = live_.state.count + births;
     const ParticleGroup all{.first = 0, .count = live_.state.count, .steps = 1, .clock = ws_.clocks[0]};
@@ -323,7 +322,7 @@ class LifecycleStep {
   LifecycleWorkspace<T>& ws_;
   LiveState<T>& live_;
   ParallelFor parallel_;
-  ContactReport::Parts* report_;  // null: nobody asks what contacts do
+  ContactReport::Parts* report_;  // null: no report is wanted
   LiveChunks<T> chunks_;
   std::uint64_t living_;         // at most, over all parts
   bool moves_, moves_surfaces_;  // whether anything, and whether contacts follow a motion

@@ -1,4 +1,4 @@
-// The numbers that a state's next step depends on beside its columns and its clock, written and read back.
+// The numbers that a state's next step depends on besides its columns and its clock, written and read back.
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -45,7 +45,7 @@ class NumbersIn {
   bool is_right_ = true;
 };
 
-// Everything that is driven, in the order in which both ways pass it.
+// Passes everything driven, in the same order for writing and reading.
 template <class Archive, class A>
 void pass_driven(Archive& archive, std::vector<DrivenMotion>& motions, std::vector<DrivenPlaces>& groups,
                  std::vector<DrivenSkin>& skins, const A& has) {
@@ -54,7 +54,7 @@ void pass_driven(Archive& archive, std::vector<DrivenMotion>& motions, std::vect
   for (DrivenSkin& skin : skins) skin.pass(archive);
 }
 
-// The pulses of particles that meet.
+// Writes the pulses of particles that meet.
 template <class A>
 void pass_pulses(NumbersOut& out, const MeetRoom<A>& room) {
   const auto pass = [&](std::size_t i, std::uint32_t of, const Pulse<A>& pulse) {
@@ -81,7 +81,7 @@ void pass_pulses(NumbersOut& out, const MeetRoom<A>& room) {
   }
 }
 
-// Those births that may still be within others: how many of the first `count` particles, and which.
+// Writes the births that may still be within others: how many of the first `count` particles, and which.
 template <class A>
 void pass_births(NumbersOut& out, const MeetRoom<A>& room, std::size_t count) {
   if (room.parts.empty()) return;
@@ -108,7 +108,7 @@ struct PulsesRead {
   std::vector<std::size_t> births{};
 };
 
-// Ascending numbers below `count`, after how many they are.
+// Reads how many births there are, and then their ascending numbers below `count`.
 bool read_births(NumbersIn& in, std::size_t count, std::vector<std::size_t>& births) {
   double all = 0;
   in(all);
@@ -123,7 +123,7 @@ bool read_births(NumbersIn& in, std::size_t count, std::vector<std::size_t>& bir
   return true;
 }
 
-// Numbers that are no list of pulses of that room and of so many particles give none.
+// Returns nothing if the numbers are no list of pulses for this room and `count` particles.
 template <class A>
 std::optional<PulsesRead<A>> read_pulses(NumbersIn& in, const MeetRoom<A>& room, std::size_t count) {
   PulsesRead<A> read;
@@ -182,7 +182,7 @@ void take_pulses(const PulsesRead<A>& read, MeetRoom<A>& room, std::size_t count
   for (const std::size_t i : read.births) room.parts[i] = 1;
 }
 
-// The particles that meet, in a state of so many: a part's plan works out the meetings of all.
+// The number of particles that meet, in a state of `count`. A part's plan works out the meetings of all parts' particles.
 template <class A>
 std::size_t met_of(const CompiledScene<A>& scene, std::size_t count) noexcept {
   const SharedMeetings& all = scene.options.elsewhere.meetings;

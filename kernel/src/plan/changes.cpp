@@ -60,7 +60,7 @@ void SpringsStiffnessChange::apply(Scene& scene, std::size_t /*count*/) const {
 
 namespace {
 
-// The part that set_network leaves as it is.
+// The part of a network that set_network() does not change.
 Grid layout_of(Grid grid) {
   grid.structural = grid.shear = grid.bend = grid.damping = 0;
   grid.broken.clear();

@@ -1,5 +1,4 @@
-// Changes of a scene while a plan runs: what each refuses, and what it makes of the scene; of a compiled one:
-// plan/in_place.cpp.
+// Changes of a scene while a plan runs: their refusals and edits. Edits of a compiled scene: plan/in_place.cpp.
 #pragma once
 
 #include <cstddef>
@@ -11,7 +10,7 @@
 
 namespace dvdx {
 
-// refusal() looks at what names the change's place; the values are checked with the scene that it makes.
+// refusal() checks the place of a change, and a mass. Other values are checked with the scene that the change makes.
 
 struct GridStiffnessChange {
   std::size_t network;
@@ -33,13 +32,13 @@ struct ZeroLengthChange {
   [[nodiscard]] std::optional<Error> refusal(const Scene& scene, std::optional<std::size_t> count) const;
   void apply(Scene& scene, std::size_t count) const;
 };
-// The zero_length that add_bending() makes of a network's own pairs; an error where it needs others.
+// The zero_length that add_bending() makes of a network's own pairs; an error if it needs other pairs.
 [[nodiscard]] Expected<Scalars> zero_length_of(const Scene& scene, std::size_t network, std::span<const Triangle> triangles,
                                                std::span<const Vec3> flat, double modulus);
 
-// The error in a network in place of networks[index]: it joins other particles. Its values are checked with the scene.
+// An error unless `network` has the kind, particles and rest lengths of networks[index]. Values are checked with the scene.
 [[nodiscard]] std::optional<Error> refusal_of(const Scene& scene, std::size_t index, const Network& network);
-// It, with the springs torn that are.
+// `network` with the torn springs of `before`.
 [[nodiscard]] Network with_broken_of(const Network& before, Network network);
 
 struct MassChange {

@@ -67,7 +67,7 @@ CompiledNetwork<T>::CompiledNetwork(const Scene& scene, const Options& options, 
   if (!scene.constraints.empty()) constraints.emplace(scene, start, w_of, order, substep(), options.memory);
 }
 
-// net: that of the scene, if it has been made.
+// net: the scene's if it has been made.
 template <class T>
 void CompiledNetwork<T>::choose_line_forces(const Scene& scene, std::span<const Vec3> start,
                                             const std::optional<SweptNet>& net) {
@@ -146,8 +146,8 @@ bool CompiledNetwork<T>::sweeps_list() const noexcept {
 
 template <class T>
 bool CompiledNetwork<T>::can_change_in_place() const noexcept {
-  // Where fewer sub-steps than are safe were asked for, eigenvalues tell whether they still do.
-  // Tethers lead along whole springs, to what is fixed.
+  // If fewer sub-steps than are safe were asked for, only eigenvalues tell whether they still suffice.
+  // Tethers follow whole springs to what is fixed.
   if (constraints || has_tethers_ || !chosen.is_safe) return false;
   if (edited(form) == Edited::by_row && air && !air->is_grid()) return false;
   return edited(form) != Edited::never;
@@ -196,7 +196,7 @@ void CompiledNetwork<T>::reserve_rates(const Scene& scene, std::span<const Vec3>
   network_rates_ = std::move(made);
 }
 
-// Where the springs would ask for other sub-steps nothing is changed: take_back() undoes put().
+// Changes nothing if the springs would ask for other sub-steps: take_back() undoes put().
 template <class T>
 template <class Put, class TakeBack>
 bool CompiledNetwork<T>::set_rates(const Put& put, const TakeBack& take_back) noexcept {

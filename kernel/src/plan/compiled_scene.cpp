@@ -21,8 +21,8 @@ std::optional<Error> check_sources(const System& system) {
                "at most " + std::to_string(max_sources) + " (a sinusoid counts two, a polynomial one a term, a wind one)"};
 }
 
-// Radial springs without a rest length pull alike in every direction: they are linear, and exact as such. (Their damping is
-// not: it brakes along the line alone.)
+// A radial spring without a rest length pulls alike in every direction: it is linear, and exact as a linear spring. (Its
+// damping is not linear: it brakes along the line alone.)
 Force with_linear_spring(Force force) {
   const auto* radial = std::get_if<RadialSpring>(&force);
   if (radial == nullptr || radial->damping != 0 || radial->rest_length != Scalars(0.0)) return force;
@@ -58,7 +58,7 @@ Expected<typename CompiledScene<T>::Motion> make_motion(const CompiledScene<T>& 
 
 namespace {
 
-// before: another scene's, or none.
+// before: a scene whose shapes may be shared, or null.
 template <class T>
 ShapeMemories<T> shapes_of(const std::vector<Contact>& contacts, const CompiledScene<T>* before) {
   ShapeMemories<T> shapes(contacts.size());
@@ -71,8 +71,8 @@ ShapeMemories<T> shapes_of(const std::vector<Contact>& contacts, const CompiledS
   return shapes;
 }
 
-// compiled_network(scene, options, start): that of the same springs and constraints at the same step, where something joins.
-// before: the scene that this one is a change of, if it is.
+// compiled_network(scene, options, start): returns the network of these springs, constraints and step, if something joins.
+// before: the scene that this one is a change of, or null.
 template <class T, class MakeNetwork>
 Expected<SharedScene<T>> build(Scene given, const Options& options, Isa isa, std::optional<std::size_t> count,
                                std::vector<Vec3> start, Particles particles, const MakeNetwork& compiled_network,
@@ -108,7 +108,7 @@ Expected<SharedScene<T>> build(Scene given, const Options& options, Isa isa, std
   return compiled;
 }
 
-// Where nothing is kept.
+// Makes a network that keeps nothing of another.
 template <class T>
 std::shared_ptr<CompiledNetwork<T>> new_network(const Scene& scene, const Options& options, std::span<const Vec3> start) {
   return std::make_shared<CompiledNetwork<T>>(scene, options, start);
@@ -130,13 +130,13 @@ Expected<SharedScene<T>> compile_scene(Scene scene, const Options& options, Isa 
 
 namespace {
 
-// The network, which a change of forces or contacts keeps.
+// Keeps the network, for changes of forces or contacts.
 template <class T>
 auto shared_network(const CompiledScene<T>& before) {
   return [&](const Scene&, const Options&, std::span<const Vec3>) { return before.joined()->shared_network(); };
 }
 
-// Joined particles may get another number of sub-steps, and with it other coefficients of every spring.
+// Makes the network again: the number of sub-steps may change, and with it the coefficients of every spring.
 template <class T>
 auto changed_network(const CompiledScene<T>& before, Changed changed) {
   return [&before, changed](const Scene& scene, const Options& options, std::span<const Vec3> start) {
@@ -183,7 +183,7 @@ Expected<SharedScene<T>> with_contact(const CompiledScene<T>& before, std::size_
     return build<T>(std::move(scene), before.options, before.isa, before.count, before.start, before.particles, new_network<T>,
                     &before);
   }
-  // Surfaces that turn ask for sub-steps.
+  // Turning surfaces may ask for more sub-steps.
   return build<T>(std::move(scene), before.options, before.isa, before.count, before.start, before.particles,
                   changed_network(before, Changed::step), &before);
 }
@@ -214,7 +214,7 @@ Expected<SharedScene<T>> with_force(const CompiledScene<T>& before, std::size_t 
     return build<T>(std::move(scene), before.options, before.isa, before.count, before.start, before.particles,
                     changed_network(before, Changed::step), &before);
   }
-  // A gust each frame must not look for the springs' frequency again.
+  // A force that changes every frame must not compute the springs' frequencies again.
   return build<T>(std::move(scene), before.options, before.isa, before.count, before.start, before.particles,
                   shared_network(before), &before);
 }

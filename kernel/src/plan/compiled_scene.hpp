@@ -15,9 +15,9 @@
 
 namespace dvdx {
 
-// Whether a plan's particles are those of one state, or come and go (lifecycle/lifecycle.hpp): these have no columns of their
-// own, and what follows a motion is moved from step to step by who steps them. Those that meet as well are stepped in columns
-// for `count` of them, of which a state has any number.
+// Whether a plan's particles are those of one state, or come and go (lifecycle/lifecycle.hpp). Particles that come and go have
+// no working columns, and their stepper moves the surfaces that follow a motion from step to step. If they meet as well, they
+// are stepped in columns for `count` particles, of which a state has any number.
 enum class Particles { of_state, come_and_go, come_and_meet };
 
 template <class T>
@@ -68,33 +68,32 @@ struct CompiledScene {
 template <class T>
 using SharedScene = std::shared_ptr<CompiledScene<T>>;
 
-// The motion of the scene as it is; compiled_network: that of its springs and constraints at its step, which have not been
-// refused, or null where nothing joins particles.
+// The motion of the scene as it is. compiled_network: that of its springs and constraints at its step, already accepted, or
+// null if nothing joins particles.
 template <class T>
 Expected<typename CompiledScene<T>::Motion> make_motion(const CompiledScene<T>& compiled,
                                                         std::shared_ptr<CompiledNetwork<T>> compiled_network);
-// The error in a force in place of forces[index], all others being right.
+// The error in a force that replaces forces[index], if all others are right.
 template <class T>
 std::optional<Error> refusal_of(const CompiledScene<T>& compiled, std::size_t index, const Force& force);
-// Whether it may ask for another number of sub-steps there.
+// Whether a force that replaces forces[index] may ask for another number of sub-steps.
 template <class T>
 bool asks_for_substeps(const CompiledScene<T>& before, std::size_t index, const Force& force) noexcept;
-// Radial springs without a rest length are linear: they are exact as such.
+// Turns an undamped radial spring without a rest length into the linear spring that it is, which is exact.
 Force with_linear_spring(Force force);
-// More accelerations that differ from particle to particle than a pass takes.
+// An error if more accelerations differ from particle to particle than a pass takes.
 std::optional<Error> check_sources(const System& system);
 
-// The scene, the options and the start have been checked. Reads as contents: which forces combine, what is refused, what joins.
+// The scene, the options and the start have been checked.
 template <class T>
 Expected<SharedScene<T>> compile_scene(Scene scene, const Options& options, Isa isa, std::optional<std::size_t> count,
                                        std::vector<Vec3> start, Particles particles);
 
-// A plan for particles that come and go, at most so many at once. It steps by ReportedStep alone where something follows a
-// motion.
+// A plan for at most `capacity` particles that come and go. If something follows a motion, it steps by ReportedStep alone.
 template <class T>
 Expected<Plan<T>> compile_to_come_and_go(const Scene& scene, const Options& options, std::size_t capacity);
 
-// The same with another step, or with forces[index] or contacts[index] another: what the change does not touch is shared.
+// The same scene with another step, force, contact or wind. Everything that the change does not touch is shared.
 template <class T>
 Expected<SharedScene<T>> with_step(const CompiledScene<T>& before, double h);
 template <class T>
@@ -103,7 +102,7 @@ template <class T>
 Expected<SharedScene<T>> with_contact(const CompiledScene<T>& before, std::size_t index, const Contact& contact);
 template <class T>
 Expected<SharedScene<T>> with_wind(const CompiledScene<T>& before, const Wind& wind);
-// A scene of the same particles and springs, which differs in what these are made of, in masses and in what is fixed or torn.
+// A scene of the same particles and springs, with other coefficients, masses, fixed particles or torn springs.
 template <class T>
 Expected<SharedScene<T>> with_scene(const CompiledScene<T>& before, Scene scene);
 

@@ -11,12 +11,12 @@
 namespace dvdx {
 namespace {
 
-constexpr std::size_t most_columns = 256;  // of a grid, or particles, that are worked on together
+constexpr std::size_t most_columns = 256;  // columns of a grid, or particles, handled together
 
 template <class T>
 using Three = std::array<T, 3>;
 
-// Numbers first, first + 1, ... of three columns side by side: where they are, or a copy, with one before and one behind.
+// Numbers first, first + 1, ... of three columns, contiguous: in place or as a copy, with room for one before and one behind.
 template <class T>
 class Row {
  public:
@@ -64,8 +64,8 @@ Three<T> unit(const Three<T>& n) noexcept {
   return {has_direction ? u[0] : T(0), has_direction ? u[1] : T(0), has_direction ? u[2] : T(0)};
 }
 
-// Around a particle of a grid its neighbours to the right, below and so on; the particle itself stands for one that is not
-// there, and the triangles that it would make have no area.
+// The neighbours of a grid's particles to the right, below and so on. The particle itself stands in for a missing neighbour,
+// and the triangles with that have no area.
 template <class T>
 struct Around {
   std::array<const T*, 3> here, right, right_below, below, left, left_above, above;
@@ -80,7 +80,7 @@ struct Around {
   }
 };
 
-// Nothing that is read stands where the normals go: the compiler is told, else it takes them one by one.
+// __restrict tells the compiler that the normals overlap nothing that is read. Otherwise it takes them one by one.
 template <class T>
 void fill(const Around<T>& around, std::size_t first, std::size_t end, const std::array<T*, 3>& to) noexcept {
   T* __restrict const x = to[0];
@@ -100,7 +100,7 @@ std::array<const T*, 3> moved(const std::array<const T*, 3>& at, std::ptrdiff_t 
   return {at[0] + by, at[1] + by, at[2] + by};
 }
 
-// `width` columns from `from` on of a row of a grid, and what stands around them.
+// `width` columns of a grid's row from column `from` on, and their neighbours.
 template <class T>
 class GridRow {
  public:
@@ -148,8 +148,8 @@ class GridRow {
   Around<T> around_{};
 };
 
-// The least and the most of what has been added, lane by lane: of so many lanes compilers make loops over registers, and unroll
-// none of them into single numbers. Zeros are taken for alike.
+// The least and the most of all numbers added, lane by lane. With so many lanes compilers make loops over registers, and
+// unroll none of them into single numbers. +0 and -0 count as equal.
 template <class T>
 class Extent {
  public:
@@ -187,7 +187,7 @@ class Extent {
   static constexpr std::size_t lanes = 64;
   using Lanes = std::array<T, lanes>;
 
-  // 0 where all are finite, else not a number.
+  // 0 if all are finite, otherwise NaN.
   static T nothing(T x, T y, T z) noexcept { return (T(0) * x + T(0) * y) + T(0) * z; }
 
   static bool is_finite(const Row<T>& row, std::size_t count) noexcept {

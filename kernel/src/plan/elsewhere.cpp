@@ -53,7 +53,7 @@ bool is_linear_spring(const Force& force) {
 
 namespace {
 
-// Whether so many particles stand in pieces that begin where the one before ends.
+// Whether `ends` are the ascending ends of pieces of `count` particles at most.
 bool are_pieces(std::span<const std::uint32_t> ends, std::size_t count) {
   std::uint32_t before = 0;
   for (const std::uint32_t end : ends) {
@@ -62,8 +62,8 @@ bool are_pieces(std::span<const std::uint32_t> ends, std::size_t count) {
   return !ends.empty();
 }
 
-// The first spring, if any, whose colour cannot be its own: springs that lead from piece to piece and move something must have
-// one, and no two of one colour may meet.
+// The first spring with a wrong colour, if any. A spring between pieces that moves something must have one, and no two springs
+// of one colour may share a particle.
 std::optional<std::size_t> wrong_colour(std::span<const JoinedPair> pairs, const SweptPart& sweeps, const Scene& scene) {
   std::set<std::size_t> held(scene.fixed.begin(), scene.fixed.end());
   for (const Kinematic& followers : scene.kinematic) held.insert(followers.particles.begin(), followers.particles.end());
@@ -98,7 +98,7 @@ std::optional<Error> check_rows(const Scene& scene, const SweptPart& sweeps, std
           std::string(sweeps.reach == 2 ? " or the second next" : "")};
 }
 
-// Ropes where each network by itself is such: all of them together are ropes only then.
+// Whether every network is a list in which no particle has more than two springs. Only then can all together be ropes.
 bool are_all_ropes(const Scene& scene) {
   return std::none_of(scene.networks.begin(), scene.networks.end(), [](const Network& network) {
     const auto* const springs = std::get_if<Springs>(&network);

@@ -56,7 +56,7 @@ StepMatrix operator*(const StepMatrix& a, const StepMatrix& b) {
           .S = a.S + b.S - a.C * b.S - a.S * b.B};
 }
 
-// All radial springs act along this axis, near their rest lengths: nowhere is their sum stiffer.
+// Assumes that all radial springs act along this axis near their rest lengths, where their sum is stiffest.
 StepMatrix step_matrix(const Scene& scene, const System& system, std::size_t axis, std::size_t particle, double h) {
   const AxisMotion motion = system.motion(axis, particle);
   const StepMatrix flow{.A = motion.A, .B = motion.B, .C = motion.C, .S = motion.S};
@@ -109,13 +109,13 @@ Worst worst(const Scene& scene, const System& system, std::size_t particles, dou
   return found;
 }
 
-// How many steps it takes until what grows by `radius` in each has doubled: 1 / log2(radius). With radius = 2^e m,
-// log2 m = y / ln 2, and y = ln m by Newton's method of third order on e^y (the kernel calls no
-// transcendental function of the math library: tests/check_math_library.cmake).
+// The number of steps after which an amplitude that grows by `radius` a step has doubled: 1 / log2(radius). With radius = 2^e
+// m, log2 m = y / ln 2, and y = ln m by Newton's method of third order on e^y (the kernel calls no transcendental function of
+// the math library: tests/check_math_library.cmake).
 double doubling_steps(double radius) {
   int exponent = 0;
   double m = std::frexp(radius, &exponent);
-  if (m < 0.75) {  // so that nothing cancels where the radius is little more than one
+  if (m < 0.75) {  // so that nothing cancels for a radius just above one
     m *= 2;
     --exponent;
   }
@@ -130,8 +130,8 @@ double doubling_steps(double radius) {
 // rounding of the coefficients' sums makes a radius of one look like 1 + 1e-16
 constexpr double rounding = 1e-12;
 
-// The largest step that does not grow, between h and a thousandth of it; 0 where there is none. At a limit growth sets in at
-// once; what grows with a power of the step (several exact springs: its cube) grows at every step, however little.
+// The largest step without growth between h/1000 and h; 0 if there is none. Growth at a stability limit sets in at once.
+// Growth with a power of the step (several exact springs: its cube) occurs at every step, however small.
 double stable_step(const Scene& scene, std::span<const Vec3> start, Worst at, double h) {
   constexpr double onset = 1e-9;
   const auto growth = [&](double step) {
@@ -190,7 +190,7 @@ std::string describe_accuracy(const Scene& scene, const System& system, int impa
   return words + "\n";
 }
 
-// The highest frequency of a radial spring and what the kicks of all come to: a kick of h kappa alone is stable up to 4.
+// The highest frequency of a radial spring, and the sum of all kicks. A kick of h kappa alone is stable up to 4.
 std::string describe_radial(const Scene& scene, const System& system, std::size_t particles, double h) {
   double frequency = 0;
   double kicks = 0;
@@ -260,7 +260,7 @@ std::string describe_motions(const Scene& scene, Particles kind) {
   return words;
 }
 
-// The size of the grids of meshes, and the cost of their cells. Flows share them.
+// The size of the grids of meshes, and the cost of their cells. Flows share the grids.
 template <class T>
 std::string describe_meshes(const CompiledScene<T>& compiled) {
   std::string words;
@@ -278,7 +278,7 @@ std::string describe_meshes(const CompiledScene<T>& compiled) {
   return words;
 }
 
-// At which speeds surfaces push out what is inside: the slowest and the fastest.
+// The slowest and the fastest speed at which surfaces push particles out.
 std::string describe_push_out(const Scene& scene, double step) {
   std::vector<double> speeds;
   for (const Contact& contact : scene.contacts) {
@@ -297,7 +297,7 @@ template <class T>
 std::string explain(const CompiledScene<T>& compiled, std::size_t workspace_bytes) {
   const Scene& scene = compiled.scene;
   const JoinedMotion<T>* joined = compiled.joined();
-  // Joined particles take the flow before the first pulse.
+  // For joined particles: the flow before the first pulse.
   const FreeMotion<T>& motion = joined != nullptr ? *joined->flows()[0] : *compiled.free();
   const System system(scene, compiled.start, compiled.options.step);
   const bool has_radial = !system.radial().empty();

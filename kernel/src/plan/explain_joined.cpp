@@ -41,7 +41,7 @@ std::string describe_other_schemes(const CompiledNetwork<T>& network, const Netw
   return words;
 }
 
-// The margin between what a sub-step comes to at most and what the scheme takes.
+// The margin between the largest value that a sub-step reaches and the scheme's limit.
 std::string describe_margin(const NetworkLimit& limit, double most, double takes, std::string_view where) {
   const double margin = takes / most - 1;
   if (margin >= -1e-9) return "a margin of " + text(std::round(100 * std::max(0.0, margin)), 6) + " %\n";
@@ -62,7 +62,7 @@ std::string describe_damping(const CompiledNetwork<T>& network, const NetworkLim
          text(limit.damping_limit, 3) + ": " + describe_margin(limit, limit.damping * h, limit.damping_limit, "");
 }
 
-// How much softer sweeps leave the springs than they are, now.
+// The estimated errors of sweeps, which leave springs softer than they are, for the springs as they are now.
 template <class T>
 std::string describe_estimate(const CompiledNetwork<T>& network, const CompiledScene<T>& compiled, const NetworkLimit& limit) {
   if (limit.scheme != Scheme::sequential) return "";
@@ -253,7 +253,7 @@ std::string describe_meetings(const CompiledNetwork<T>& network, const CompiledS
   return words;
 }
 
-// Which contacts are narrower than which networks' cells, and what that takes.
+// The contacts that are narrower than the cells of networks, and the cost of meeting their faces.
 template <class T>
 std::string describe_faces(const JoinedMotion<T>& joined) {
   const FaceContacts* const faces = joined.faces();

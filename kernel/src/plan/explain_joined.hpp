@@ -1,4 +1,4 @@
-// The part of a plan in words that tells of what joins its particles.
+// The part of Plan::explain() about what joins particles.
 #pragma once
 
 #include <cstddef>
@@ -9,7 +9,7 @@
 
 namespace dvdx {
 
-// scene: one that joins particles; system: its forces; workspace_bytes: memory that a state is stepped in.
+// compiled: a scene that joins particles. system: its forces. workspace_bytes: the working memory of one state.
 template <class T>
 std::string explain_joined(const CompiledScene<T>& compiled, const System& system, std::size_t workspace_bytes);
 

@@ -15,7 +15,7 @@
 namespace dvdx {
 namespace {
 
-// The network that is this scene's alone and can be changed where it is, or null.
+// The network, if this scene alone owns it and it can change in place, otherwise null.
 template <class T>
 CompiledNetwork<T>* network_in_place(CompiledScene<T>& compiled) {
   if (compiled.joined() == nullptr || !is_only_owner(compiled.joined()->shared_network())) return nullptr;
@@ -28,7 +28,7 @@ bool depends_on_mass(const Force& force) {
          std::holds_alternative<Drag>(force);
 }
 
-// Room for more, so that adding them cannot fail.
+// Makes room for more elements, so that adding them cannot fail.
 template <class Element>
 void make_room(std::vector<Element>& list, std::size_t more = 1) {
   if (list.capacity() - list.size() < more) list.reserve(2 * list.size() + more + 7);
@@ -65,14 +65,14 @@ bool is_right(const SpringsStiffness& given, const Springs& network) {
   return each.size() == network.pairs.size() && std::all_of(each.begin(), each.end(), is_zero_or_more);
 }
 
-// swap: puts the new values into the network, and takes them back. set: makes the network's springs anew, or refuses to.
+// swap: exchanges the network's values with the new ones, and back. set: makes the network's springs anew, or returns false.
 template <class T, class Swap, class Set>
 Expected<InPlace> swap_in_place(CompiledScene<T>& compiled, CompiledNetwork<T>& compiled_network, const Springs& network,
                                 const Swap& swap, const Set& set) {
   compiled_network.reserve_rates(compiled.scene, compiled.start);
   swap();
   Undo undo(swap);
-  // A network that is not in range is refused with the scene that it makes.
+  // A network out of range is refused later, with the scene that it makes.
   if (!are_well_in_range<T>(network, compiled.scene, compiled.options.step, compiled.start)) return InPlace::not_done;
   if (!set()) return InPlace::not_done;
   undo.dismiss();
@@ -93,7 +93,7 @@ Expected<InPlace> in_place(CompiledScene<T>& compiled, const SpringsStiffnessCha
                        [&] { return compiled_network->set_stiffness(compiled.scene, change.network, other); });
 }
 
-// A network with any of them is not torn.
+// A network with any zero_length must not be torn.
 bool is_right(const Scalars& zero_length, const Springs& network) {
   const auto is_finite = [](double q) { return std::isfinite(q); };
   if (!network.broken.empty()) return false;
@@ -113,7 +113,7 @@ Expected<InPlace> in_place(CompiledScene<T>& compiled, const ZeroLengthChange& c
                        [&] { return compiled_network->set_zero_length(compiled.scene, change.network, other); });
 }
 
-// Whether T holds what the springs of a particle make of another inverse mass.
+// Whether T holds the coefficients of the particle's springs with its new inverse mass.
 template <class T>
 bool is_mass_in_range(const CompiledScene<T>& compiled, const CompiledNetwork<T>& compiled_network, const MassChange& change) {
   const double h = compiled.options.step;
@@ -179,7 +179,7 @@ template <class T>
 Expected<InPlace> in_place(CompiledScene<T>& compiled, const TearChange& change) {
   CompiledNetwork<T>* const compiled_network = network_in_place(compiled);
   const auto* const springs = std::get_if<Springs>(&compiled.scene.networks[change.network]);
-  const bool is_bend = springs != nullptr && springs->zero_length != Scalars(0.0);  // which is not torn
+  const bool is_bend = springs != nullptr && springs->zero_length != Scalars(0.0);  // such a network is not torn
   if (compiled_network == nullptr || is_bend) return InPlace::not_done;
   std::visit([&](auto& network) { make_room(network.broken, change.ends.size()); }, compiled.scene.networks[change.network]);
   TornSprings& torn = compiled.torn[change.network];

@@ -1,6 +1,6 @@
-// Changes of a compiled scene that one plan has for itself: they make again what they touch and nothing else. Each says whether
-// it was done. Where it was not, and where it fails, by an error or by std::bad_alloc, the scene is as it was; what was not
-// done asks for a new one (plan/compiled_scene.hpp).
+// Changes in place of a compiled scene that one plan alone owns. Each makes again only what it touches, and returns whether it
+// was done. If it was not, or if it fails by an error or std::bad_alloc, the scene is unchanged. A change that was not done
+// needs a new compiled scene (plan/compiled_scene.hpp).
 #pragma once
 
 #include <cstddef>
@@ -11,8 +11,8 @@
 
 namespace dvdx {
 
-// Whether nobody else has a share in it. Who had one is done with it, on whichever thread: taking one and leaving it again
-// comes after what was left before.
+// Returns true if nobody else shares it. The copy that is made and released here synchronizes with the releases of former
+// owners, on any thread.
 template <class Shared>
 bool is_only_owner(const std::shared_ptr<Shared>& shared) noexcept {
   if (shared.use_count() != 1) return false;
@@ -29,7 +29,7 @@ Expected<InPlace> change_in_place(CompiledScene<T>& compiled, const Change& chan
 template <class T>
 Expected<InPlace> replace_in_place(CompiledScene<T>& compiled, std::size_t index, const Contact& contact);
 
-// The wind has been checked. Takes memory where it has more gusts than before.
+// The wind has been checked. Allocates if it has more gusts than before.
 template <class T>
 void set_wind_in_place(CompiledScene<T>& compiled, const Wind& wind);
 

@@ -1,4 +1,4 @@
-// Instances: a plan of a state's own that shares compiled scenes with the others, one for each length of a step.
+// Instances: each is a plan for one state, and shares compiled scenes with the others, one for each length of a step.
 #include "dvdx/instance.hpp"
 
 #include <algorithm>
@@ -23,7 +23,7 @@
 namespace dvdx {
 namespace {
 
-// Where a thing was at the end of the last frame, and is to be at the end of this one.
+// The place of something at the end of the last frame, and its target at the end of this one.
 template <class Value>
 struct Target {
   Value from{}, to{};
@@ -105,7 +105,7 @@ template <class A>
 struct Shared {
   std::shared_ptr<StepPool<A>> pool;
   SharedScene<A> base, now;
-  double asked = 0, given = 0;  // s: the step that was asked for, and what came of it
+  double asked = 0, given = 0;  // s: the step asked for, and the step taken
 
   Expected<void> set_step(PlanIn<A>& in, double h) {
     if (h == asked && in.scene->options.step == given) return {};
@@ -158,14 +158,14 @@ struct Instance<T>::Parts {
     skins.resize(scene.skins.size());
   }
 
-  // The particles have been where `move` has asked.
+  // The targets of move() have been reached.
   void arrive() {
     for (auto& target : poses) target.arrive();
     for (auto& target : places) target.arrive();
     for (auto& target : skins) target.arrive();
   }
 
-  // Everything that was moved in this frame is to be so far on its way at the end of the next step.
+  // Asks that everything moved in this frame is at `part` (0..1) of its way at the end of the next step.
   Expected<void> ask(double part) {
     Expected<void> done;
     for (std::size_t i = 0; i < poses.size() && done; ++i) {
@@ -193,10 +193,10 @@ struct Instance<T>::Parts {
   std::vector<Target<std::vector<Vec3>>> places;
   std::vector<Target<SkinPlaces>> skins;
   std::vector<Vec3> room, more_room;
-  std::optional<Soa<T>> before;  // of the last step of advance()
+  std::optional<Soa<T>> before;  // the state before the last step of advance()
   double left = 0;               // s that have passed since the last step
   bool is_listed = false;        // among those that step at once
-  Expected<void> stepped{};      // with these
+  Expected<void> stepped{};      // the result of that
 };
 
 template <class T>
@@ -411,7 +411,7 @@ Error error_in(std::size_t index, const Error& error) {
 
 }  // namespace
 
-// The parts of those that step at once, each taken out of its instance.
+// The parts of instances that step at once, each taken out of its instance.
 template <class T>
 struct InstancesStep {
   using Parts = typename Instance<T>::Parts;
@@ -421,7 +421,7 @@ struct InstancesStep {
     return instance != nullptr ? instance->parts_ : nullptr;
   }
 
-  // Marks all, or none: the first that is not there, or there twice.
+  // Marks all instances, or none if one is null or listed twice: the error names the first of these.
   static std::optional<Error> refusal(const InstanceList<T>& list) {
     for (std::size_t i = 0; i < list.count; ++i) {
       Parts* const parts = parts_of(list, i);

@@ -8,7 +8,7 @@
 
 namespace dvdx {
 
-// at(context, i): the i-th of so many, or null.
+// at(context, i): the i-th of `count` instances, or null.
 template <class T>
 struct InstanceList {
   std::size_t count = 0;

@@ -17,7 +17,7 @@ class JoinedAir {
 
   void begin_substep(int substep) noexcept { substeps_ = network_.air ? substeps_of(substep, network_.chosen.substeps) : 0; }
   [[nodiscard]] bool blows() const noexcept { return substeps_ != 0; }
-  // The part of the air that goes with the pulse k: all, or of six pulses the third and the fourth have half of it each.
+  // The part of the air's pulse that goes with pulse k: all of it, or, of six pulses, half each with the third and the fourth.
   [[nodiscard]] double part_of(std::size_t k) const noexcept {
     if (substeps_ == 0) return 0;
     const std::size_t pulses = network_.splitting.b.size();
@@ -34,7 +34,7 @@ class JoinedAir {
     keep_velocity();
     blow(part);
   }
-  // Since the velocity was kept the pulse has changed it.
+  // Blows at the mean of the kept velocity and the present one, which the springs' pulse has changed since.
   void blow_in_the_middle(double part) noexcept {
     const WorkColumns<T> work = columns();
     call_.over(elements(), [&](std::size_t from, std::size_t to) { kernels_.middle(work, from, to); });
@@ -42,8 +42,8 @@ class JoinedAir {
   }
 
  private:
-  // Air is far slower than the springs that ask for sub-steps. Up to five of these have one pulse of it together, in the middle
-  // one: 5, 5, ..., and of what is left 3 and 1. 0: none in this one.
+  // The number of sub-steps that one pulse of air in this one covers; 0 if it has none. Air is far slower than springs that
+  // ask for sub-steps. Groups of five therefore share one pulse, in the middle one; the rest is cut into groups of 3 and 1.
   [[nodiscard]] static int substeps_of(int substep, int substeps) noexcept {
     for (const int together : {5, 3, 1}) {
       const int groups = substeps / together;
@@ -70,7 +70,7 @@ class JoinedAir {
     blow(AirStage::second, wind, t);
     call_.send(work_.v);
   }
-  // The columns that the first stage leaves to the second.
+  // Returns the columns that the first stage leaves to the second.
   std::array<T*, 3> blow(AirStage stage, const Vec3& wind, double t) noexcept {
     return network_.air->is_grid() ? blow_rows(stage, wind, t) : blow_list(stage, wind, t);
   }
@@ -101,7 +101,7 @@ class JoinedAir {
   JoinedWorkspace<T>& ws_;
   WorkColumns<T>& work_;
   const AirKernels<T>& kernels_;
-  int substeps_ = 0;  // that this sub-step's air is of
+  int substeps_ = 0;  // that this sub-step's air covers
 };
 
 }  // namespace dvdx

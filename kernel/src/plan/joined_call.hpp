@@ -1,4 +1,4 @@
-// One call of step() of joined particles: what all of its parts share, and how their passes are cut into tasks.
+// One call of step() of joined particles: the data that its parts share, and the cutting of passes into tasks.
 #pragma once
 
 #include <algorithm>
@@ -20,7 +20,7 @@
 
 namespace dvdx {
 
-// The units that a pass goes through: rows, slices, or particles and triangles by slices.
+// The units of a pass: rows or slices (size 1), or particles or triangles by slices (size: elements of a slice).
 struct Units {
   std::size_t count, per_task, size = 1;
 };
@@ -28,7 +28,7 @@ struct Units {
 template <class T>
 class JoinedCall {
  public:
-  // For so many particles: all that the motion is of, unless they come and go.
+  // count: the state's particles, which are all of the motion's unless they come and go.
   JoinedCall(const CompiledScene<T>& scene_, const JoinedMotion<T>& motion_, JoinedWorkspace<T>& workspace, std::size_t count,
              const ParallelFor& parallel_, ContactReport::Parts* report_) noexcept
       : scene(scene_),
@@ -51,25 +51,25 @@ class JoinedCall {
 
   [[nodiscard]] std::size_t size() const noexcept { return network.order.size; }
   [[nodiscard]] bool is_relative() const noexcept { return ws.origin[0] != nullptr; }
-  // All elements, so many each.
+  // All elements, in units of `elements` each.
   [[nodiscard]] Units units_of(std::size_t elements) const noexcept {
     return {size() / elements, particles_per_task / elements};
   }
   [[nodiscard]] Places<T> positions() noexcept { return is_relative() ? ws.origin : work.x; }
-  // Whether particles come and go; then they stand as they are numbered.
+  // Whether particles come and go. They then stand in the order of their numbers.
   [[nodiscard]] bool comes_and_goes() const noexcept { return scene.particles == Particles::come_and_meet; }
 
   void begin_step(const Clock& at) noexcept {
     clock = step_end = at;
     step_end.advance(network.step, 1);
   }
-  // The step's last flow ends where the clock will stand, to the last bit: a call of many steps must go on as many calls do.
+  // The step's last flow ends exactly at the clock of the step's end: a call of many steps has the bits of many calls.
   [[nodiscard]] Clock end_of_flow() const noexcept {
     const double apart = (clock.seconds - step_end.seconds) + (clock.carry - step_end.carry);
     return std::abs(apart) < 1e-6 * std::abs(network.substep()) ? step_end : clock;
   }
 
-  // The elements that are stepped, a task's at once.
+  // Calls use(from, end) for the elements that are stepped, one task's at a time.
   template <class Use>
   void for_each_stepped(const Use& use) const noexcept {
     for_each_task(parallel, tasks_of(end - first, particles_per_task), [&](std::size_t task) {
@@ -90,7 +90,7 @@ class JoinedCall {
   // ---- a part of a larger scene: a halo's particles lack the springs that lead elsewhere ------------------------------
 
   void send(const std::array<T*, 3>& columns) noexcept { dvdx::send(exchange, halo(columns)); }
-  // A pass that fills these columns. Units that other parts hold come first: they are sent while the rest is computed.
+  // Runs a pass that fills these columns. Units with particles of other parts' halos come first, and are sent meanwhile.
   template <class Pass>
   void send(const Units& units, const std::array<T*, 3>& columns, const Pass& pass) noexcept {
     if (exchange.start == nullptr) return over(units, pass);
@@ -112,7 +112,7 @@ class JoinedCall {
   const NetworkKernels<T>& kernels;
   const Exchange exchange;
   const ParallelFor parallel;
-  ContactReport::Parts* const report;  // null: nobody asks
+  ContactReport::Parts* const report;  // null: no report is wanted
   std::uint64_t number = 1;            // of the step within the call
   Clock clock, step_end;
 

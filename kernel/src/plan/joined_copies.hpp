@@ -1,4 +1,4 @@
-// A state into the working columns of a call of joined particles, and back.
+// Copies a state into the working columns of a call of joined particles, and back.
 #pragma once
 
 #include <algorithm>
@@ -34,7 +34,7 @@ class JoinedCopies {
     for (std::size_t n = 0; n < call_.held.size(); ++n) fetch_held(state, n);
   }
 
-  // Fixed particles' columns are not written to.
+  // Fixed particles get back the numbers that were fetched.
   template <class Kept>
   void put_back_all(const State<Kept>& state) noexcept {
     for_some_rows([&](const Rows& rows) {
@@ -62,11 +62,11 @@ class JoinedCopies {
     load(call_.passes, state.x, state.x_rest, {held.particle, 1}, places_of(held.x));
     load(call_.passes, state.v, state.v_rest, {held.particle, 1}, places_of(held.v));
     for (std::size_t axis = 0; axis < 3; ++axis) {
-      if (work_.a[axis] != nullptr) work_.a[axis][held.element] = T(0);  // it may have moved before it was fixed
+      if (work_.a[axis] != nullptr) work_.a[axis][held.element] = T(0);  // the particle may have moved before it was fixed
     }
   }
 
-  // All rows, a task's at once; none of an order that lists its particles. In an order that is no sheet's each span is a row.
+  // Calls use(rows) for one task's rows at a time; for none if the order lists its particles. Without a sheet a span is a row.
   template <class Use>
   void for_some_rows(const Use& use) const noexcept {
     const ParticleOrder& order = call_.network.order;
@@ -91,7 +91,7 @@ class JoinedCopies {
       use({std::span(&run, 1), 1});
     });
   }
-  // Flows take whole registers: to the last particle's end there are more of it.
+  // Flows take whole registers: copies of the last particle fill up the last one.
   void fill_up() noexcept {
     const std::size_t count = call_.particles;
     for (auto* const columns : {&work_.x, &work_.v}) {
@@ -99,7 +99,7 @@ class JoinedCopies {
     }
   }
 
-  // Where particles stand in an order that is not the caller's: those of each span, and its first element.
+  // Calls use(particles, first element) for each span of an order that lists its particles.
   template <class Use>
   void for_each_listed_run(const Use& use) const noexcept {
     const ParticleOrder& order = call_.network.order;

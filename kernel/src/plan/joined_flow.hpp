@@ -1,5 +1,5 @@
-// The flows of a call of joined particles: each particle by itself, between the pulses of what joins them, in one walk with
-// what the pulses have left.
+// The flows of a call of joined particles: each particle moves by itself between the pulses of what joins them. The same walk
+// over the particles applies what the pulses have left.
 #pragma once
 
 #include <algorithm>
@@ -50,7 +50,7 @@ class JoinedFlow {
     }
   }
 
-  // begin: null, or how sweeps by generalized alpha begin behind it.
+  // begin: the terms by which sweeps by generalized alpha begin after the flow, or null.
   void run(std::size_t f, After after = After::nothing, const AlphaTerms<T>* begin = nullptr) noexcept {
     const FreeMotion<T>& motion = *m_.flows()[f];
     const Clock start = go_on(f);
@@ -73,7 +73,7 @@ class JoinedFlow {
               take(pending, first, first + count);
             }
           });
-          if (after == After::pairs) kernels_.add_pairs(work_, first, first + count);  // no scene of pairs has contacts
+          if (after == After::pairs) kernels_.add_pairs(work_, first, first + count);  // a scene of pair sums has no contacts
           followers_.hold_fixed(first, first + count);
           if (begin != nullptr) kernels_.begin_sweeps(*begin, work_, first, first + count);
         }
@@ -81,9 +81,9 @@ class JoinedFlow {
     });
   }
 
-  // Particles that springs or constraints have moved into a contact since the last flow are put back onto it, by the flow f of
-  // no time. Their velocity is left for the next flow: whether a particle that rests on a surface stands inside is a matter of
-  // rounding, and so would be what it keeps.
+  // Puts particles that springs or constraints have moved into a contact since the last flow back onto it, by the flow f of no
+  // time. Leaves their velocity to the next flow: otherwise rounding, which decides whether a particle at rest on a surface
+  // stands inside, would decide its velocity too.
   void settle(std::size_t f) noexcept {
     const FreeMotion<T>& motion = *m_.flows()[f];
     followers_.move_surfaces(motion, call_.clock, call_.clock);
@@ -113,7 +113,7 @@ class JoinedFlow {
 
   // ---- block by block ----------------------------------------------------------------------------------------------------
 
-  // Calls use(log), null where nobody asks: a recorder is 26 KB, which even an empty std::optional of one clears.
+  // Calls use(log), with null if no report is wanted. A recorder takes 26 KB, which even an empty std::optional of one clears.
   template <class Use>
   void with_log(const FreeMotion<T>& motion, const Clock& start, std::uint64_t number, const Use& use) noexcept {
     if (call_.report == nullptr || (motion.terms.surface_count == 0 && !still_.is_kept())) return use(nullptr);
@@ -129,7 +129,7 @@ class JoinedFlow {
     }
     return block;
   }
-  // take: takes what pulses have left, where nothing stands still by then.
+  // take(): applies what pulses have left, after the places of still particles have been kept.
   template <class Take>
   void flow_block(const FreeMotion<T>& motion, const FlowOffsets& offsets, const SubstepImpulse<T>& impulse, Block<T>& block,
                   const Take& take) noexcept {
@@ -149,10 +149,10 @@ class JoinedFlow {
  private:
   struct alignas(64) BlockColumns {
     using Column = std::array<T, column_pitch<T>(max_block)>;
-    std::array<Column, 3> columns;  // left as they are
+    std::array<Column, 3> columns;  // left uninitialised
   };
 
-  // Brings the clock, and all that follows a motion, to the end of a flow. When that starts.
+  // Moves the clock, and everything that follows a motion, to the end of a flow. Returns the flow's start.
   Clock go_on(std::size_t f) noexcept {
     const FreeMotion<T>& motion = *m_.flows()[f];
     if (motion.system.depends_on_time()) make_offsets(f, call_.clock, offsets_[f]);
@@ -180,7 +180,7 @@ class JoinedFlow {
     motion.kernels->at(motion.flow, motion.features)(block, moves ? followers_.moved_terms() : motion.terms, once);
   }
 
-  // Flows that go back have no contacts of their own.
+  // Backward flows have no contacts of their own: they use those of the first flow.
   [[nodiscard]] const Terms<T>& terms_of_contacts(const FreeMotion<T>& motion) const noexcept {
     if (!ws_.surfaces.empty()) return followers_.moved_terms();
     return motion.terms.surface_count != 0 ? motion.terms : m_.flows()[m_.first()[0]]->terms;

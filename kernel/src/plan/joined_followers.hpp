@@ -1,4 +1,4 @@
-// Fixed particles, those that motions carry, and surfaces that go with motions, through a call of joined particles.
+// Fixed particles, particles that motions carry and surfaces that follow motions, in one call of step() of joined particles.
 #pragma once
 
 #include <algorithm>
@@ -21,7 +21,7 @@ class JoinedFollowers {
     return network_.fixed[static_cast<std::size_t>(&held - call_.held.data())].motion.has_value();
   }
 
-  // When a call begins.
+  // Called when a call of step() begins.
   void arrive(const Clock& at) noexcept {
     for (std::size_t k = 0; k < ws_.motions.size(); ++k) ws_.motions[k].arrive(m_.tracks()[k], at);
     move(at);
@@ -40,7 +40,7 @@ class JoinedFollowers {
     }
   }
 
-  // Kinematic particles go to where their motions have them at this time.
+  // Puts kinematic particles where their motions have them at this time.
   void move(const Clock& at) noexcept {
     if (m_.tracks().empty()) return;
     for (std::size_t k = 0; k < m_.tracks().size(); ++k) ws_.poses[k] = ws_.motions[k].at(m_.tracks()[k], at);
@@ -71,7 +71,7 @@ class JoinedFollowers {
     }
   }
 
-  // Positions are counted from where they are now.
+  // Makes the current positions the ones that later positions are counted from.
   void rebase_origin() noexcept {
     call_.for_each_stepped(
         [&](std::size_t from, std::size_t end) { call_.kernels.move_origin(ws_.origin, work_.x, from, end); });
@@ -82,10 +82,10 @@ class JoinedFollowers {
 
   // ---- surfaces ----------------------------------------------------------------------------------------------------------
 
-  // The flow's, with its surfaces where they are moved.
+  // The flow's terms with its surfaces moved. Valid after move_surfaces() if surfaces move.
   [[nodiscard]] const Terms<T>& moved_terms() const noexcept { return moved_terms_; }
 
-  // Those of the flow from `start` to `end`.
+  // Moves the surfaces of the flow from `start` to `end`.
   void move_surfaces(const FreeMotion<T>& motion, const Clock& start, const Clock& end) noexcept {
     if (ws_.surfaces.empty()) return;
     moved_terms_ = motion.terms;
@@ -108,7 +108,7 @@ class JoinedFollowers {
   }
 
  private:
-  // A fixed one may be anywhere, at infinity too.
+  // 0 for a fixed particle, whose position may be infinite.
   [[nodiscard]] T way_in_step(const PinnedState<T>& held, std::size_t axis) const noexcept {
     return is_kinematic(held) ? held.x[axis] - ws_.origin[axis][held.element] : T(0);
   }
@@ -118,7 +118,7 @@ class JoinedFollowers {
   const CompiledNetwork<T>& network_;
   JoinedWorkspace<T>& ws_;
   WorkColumns<T>& work_;
-  Terms<T> moved_terms_;  // of the flow, where surfaces move
+  Terms<T> moved_terms_;  // of the flow, if surfaces move
 };
 
 }  // namespace dvdx

@@ -102,7 +102,7 @@ JoinedMotion<T>::JoinedMotion(std::shared_ptr<CompiledNetwork<T>> network, const
   for (std::size_t k = 0; k < b.size(); ++k) first_.push_back(over(a[k]));
   again_ = first_;
   if (a.size() > b.size()) {
-    // One flow where two would follow each other, but for constraints, balls and faces, which stand between them.
+    // Two consecutive flows become one, unless constraints, balls or faces stand between them.
     if (!closes_substeps() && !b.empty()) again_[0] = over(a.back() + a.front());
     last_ = over(a.back());
   }
@@ -122,7 +122,7 @@ std::size_t JoinedMotion<T>::flow_over(double part, const Options& options, cons
   for (std::size_t f = 0; f < flows_.size(); ++f) {
     if (flows_[f]->step() == duration) return f;
   }
-  // The fourth-order scheme goes back a little between two pulses: an impact has no inverse.
+  // The fourth-order scheme has backward flows, without contacts: an impact has no inverse.
   const Scene& scene = part >= 0 ? scene_ : backwards_scene_;
   Options of_flow = options;
   of_flow.step = duration;
@@ -152,7 +152,7 @@ bool JoinedMotion<T>::has_moving_contacts() const noexcept {
   return is_any_carried(contacts());
 }
 
-// Constraints, balls and faces move particles themselves, and theta 1 ends a step with a pulse.
+// Not with constraints, balls and faces, which move particles themselves, nor with theta 1, which ends a step with a pulse.
 template <class T>
 bool JoinedMotion<T>::keeps_still() const noexcept {
   return !contacts().empty() && !network_->splitting.b.empty() && last_ && !closes_substeps();

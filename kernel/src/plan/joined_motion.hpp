@@ -1,5 +1,5 @@
-// The motion of particles that something joins: flows of each particle by itself, between the pulses of what joins them.
-// Immutable; the network is shared with the motion of the same springs under other forces.
+// The motion of joined particles: flows of each particle by itself, between the pulses of what joins them. Only its owner
+// changes it, in place. The network is shared with the motion of the same springs under other forces.
 #pragma once
 
 #include <cstddef>
@@ -19,7 +19,7 @@
 
 namespace dvdx {
 
-// How long the lists of a scene are. Shared, so that a step, which asks for the shape, takes no memory.
+// The lengths of a scene's lists. Shared, so that a step, which asks for the shape, allocates nothing.
 struct ListShapes {
   std::vector<std::size_t> groups{};  // particles of each of Scene::kinematic
   std::vector<SkinShape> skins{};
@@ -36,38 +36,38 @@ class SharedLists {
   std::shared_ptr<const ListShapes> lists_;
 };
 
-// How much is kept of faces that meet bodies.
+// The room for faces that meet bodies.
 struct FaceShape {
   std::size_t bodies = 0, patches = 0, corners = 0;
   bool operator==(const FaceShape&) const = default;
 };
 
-// Which columns a state needs while it is stepped, and how long they are.
+// The columns that a state needs while it is stepped, and their lengths.
 struct WorkspaceShape {
   explicit WorkspaceShape(SharedLists lists_) : lists(std::move(lists_)) {}
   SharedLists lists;
   std::size_t elements = 0;  // of a column of particles
   std::size_t fixed = 0;     // particles, kinematic ones too
   std::size_t motions = 0;
-  std::size_t surfaces = 0;       // where some of them move
+  std::size_t surfaces = 0;       // 0 if none of them moves
   std::size_t accelerations = 0;  // of a damped network's pulse: 0 to 2
   SweepRoom sweeps{};
   bool has_second_velocity = false;
   bool has_pair_sums = false;
-  bool visits_again = false;  // the sweeps do, and read what the first visit kept
+  bool visits_again = false;  // sweeps visit springs twice, and read what the first visit kept
   bool has_origin = false;
   bool keeps_acceleration = false;
   bool keeps_still = false;  // which particles stand still
-  std::uint64_t order = 0;   // fingerprint of the particles' order, where what is kept from step to step stands in it
+  std::uint64_t order = 0;   // fingerprint of the particles' order, if something kept between steps is in it
   bool meets_air = false;
-  std::size_t triangles = 0;  // of a list that does
+  std::size_t triangles = 0;  // of a list that meets air
   ConstraintShape constraints{};
   FaceShape faces{};
   MeetShape meet{};
   bool operator==(const WorkspaceShape&) const = default;
 };
 
-// Whether the particles of a motion are there for good.
+// Whether the particles of a motion stay for good.
 enum class Stay { all, come_and_go };
 
 template <class T>
@@ -86,7 +86,7 @@ class JoinedMotion {
   [[nodiscard]] WorkspaceShape shape() const;
 
   void set_contact(std::size_t index, const Contact& contact) noexcept;
-  // The motion's own copy, after which set_wind() cannot fail.
+  // Reserves room in the motion's own wind, after which set_wind() cannot fail.
   void reserve_gusts(std::size_t gusts) { wind_.gusts.reserve(gusts); }
   void set_wind(const Wind& wind) noexcept { wind_ = wind; }
   // m/s
@@ -98,9 +98,9 @@ class JoinedMotion {
   [[nodiscard]] const std::vector<std::size_t>& again() const noexcept { return again_; }
   // Flow after the last pulse of the step.
   [[nodiscard]] const std::optional<std::size_t>& last() const noexcept { return last_; }
-  // Flow of no time that ends a step, where something moves particles after the last one and they may stand in a contact.
+  // Flow of no time that ends a step, if something moves particles after the last flow and may leave them inside a contact.
   [[nodiscard]] const std::optional<std::size_t>& settling() const noexcept { return settling_; }
-  // Where nothing asks for the position itself, it is counted from the step's start.
+  // Positions are counted from the step's start if nothing asks for the position itself.
   [[nodiscard]] CountedFrom counted_from() const noexcept { return counted_from_; }
   [[nodiscard]] const Vec3& origin() const noexcept { return origin_; }  // of the scene
   // One for each of the scene's motions.
@@ -115,7 +115,7 @@ class JoinedMotion {
   [[nodiscard]] FaceContacts& faces_to_change() noexcept { return faces_; }
   // m/s: slower approaches of particles that meet do not bounce.
   [[nodiscard]] T slowest_bounce() const noexcept { return static_cast<T>(slowest_bounce_); }
-  // m/s: of balls that come and go, those that are born within others part no faster; 0: none are.
+  // m/s: the largest speed at which balls that are born within others part; 0 if balls do not come and go.
   [[nodiscard]] T parting() const noexcept { return static_cast<T>(parting_); }
   // Whether something acts at the end of each sub-step, after its last flow.
   [[nodiscard]] bool closes_substeps() const noexcept { return network_->closes_substeps() || !faces_.empty(); }
@@ -124,12 +124,12 @@ class JoinedMotion {
   std::size_t flow_over(double part, const Options& options, const Passes& passes);
 
   std::shared_ptr<CompiledNetwork<T>> network_;
-  Scene scene_, backwards_scene_;  // of the flows that go forwards, and of those that go back: particles in the working order
+  Scene scene_, backwards_scene_;  // of forward and of backward flows; particles in the working order
   Vec3 origin_;
   std::vector<PoseTrack> tracks_;
   std::vector<SkinStart> skins_;
   SharedLists lists_;
-  std::vector<Vec3> start_;  // likewise; only where anchors stand there
+  std::vector<Vec3> start_;  // in the working order; only if anchors stand there
   const ShapeMemories<T>& shapes_;
   std::vector<std::unique_ptr<FreeMotion<T>>> flows_;
   std::vector<std::size_t> first_, again_;

@@ -1,4 +1,4 @@
-// The pulses of springs between the flows of a call of joined particles, in any form that sums by owner.
+// The pulses of springs between the flows of a call of joined particles, for any form of springs/sum/.
 #pragma once
 
 #include <algorithm>
@@ -40,7 +40,7 @@ class JoinedPulses {
     std::swap(work_.v, work_.v_next);
   }
 
-  // v += b h a + (b h)^2/2 a1 + beta h^3 a2, the last of them where the scheme has it.
+  // v += b h a + (b h)^2/2 a1 + beta h^3 a2, the last term only if the scheme has it.
   template <class Form>
   void take_acceleration(const Form& form, std::size_t k, const Units& units) noexcept {
     const double h = network_.substep();

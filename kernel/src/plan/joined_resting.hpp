@@ -1,4 +1,4 @@
-// Particles that stand still on a contact and stay, through a call of joined particles: contact/pass/stay.hpp.
+// Particles that stand still on a contact and stay, in a call of step() of joined particles: contact/pass/stay.hpp.
 #pragma once
 
 #include <cstddef>
@@ -43,7 +43,7 @@ class JoinedResting {
             .flows = static_cast<T>(call_.network.substep() / motion.step()),
             .owed = static_cast<T>(waited / motion.step())};
   }
-  // terms: with the contacts that hold them.
+  // terms: include the contacts that hold the particles.
   [[nodiscard]] RestingBlock<T> in(const Terms<T>& terms, const Block<T>& block) const noexcept {
     const RestingColumns<T> all{
         .how = ws_.still, .on = ws_.still_on, .movers = ws_.movers, .w = call_.work.w, .kernels = &kernels_};
@@ -54,8 +54,8 @@ class JoinedResting {
   JoinedCall<T>& call_;
   JoinedWorkspace<T>& ws_;
   const StayKernels<T> kernels_;
-  double pulse_part_ = 0;  // of a sub-step that the last pulse was of; 0: none yet in this step
-  double waited_ = 0;      // s: that what stands still has waited for it
+  double pulse_part_ = 0;  // part of a sub-step that the last pulse covers; 0: none yet in this step
+  double waited_ = 0;      // s: time that still particles have waited for a pulse
 };
 
 }  // namespace dvdx

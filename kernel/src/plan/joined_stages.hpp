@@ -1,4 +1,4 @@
-// A grid too large for the cache, in a call of joined particles: several flows and pulses while its rows are in cache.
+// Several flows and pulses over the rows of a grid while these are in cache, for a grid that is larger than the cache.
 #pragma once
 
 #include <algorithm>
@@ -20,8 +20,9 @@ class JoinedStages {
   JoinedStages(JoinedCall<T>& call, JoinedFollowers<T>& followers, JoinedFlow<T>& flow) noexcept
       : call_(call), m_(call.motion), network_(call.network), followers_(followers), flow_(flow) {}
 
-  // 0 where the sheet is in cache anyway, where a pulse reads the neighbours' velocities, which the stage before has changed
-  // (damping, air), where constraints stand between the pulses, and where each stage has its own poses of motions.
+  // The number of stages to run together. 0 if the sheet is in cache anyway, if a pulse reads neighbours' velocities that the
+  // stage before has changed (damping, air), if constraints stand between pulses, if each stage has its own poses of motions,
+  // or if a part sends after every pulse.
   [[nodiscard]] std::size_t at_once() const noexcept {
     const GridTerms<T>* const grid = grid_terms();
     if (grid == nullptr || network_.damping_passes() != 0 || network_.air || m_.closes_substeps() || !m_.tracks().empty())
@@ -34,7 +35,7 @@ class JoinedStages {
     return grid->rows <= 2 * rows ? 0 : most;
   }
 
-  // The stages of one step, run whenever so many have come together.
+  // Adds the stages of one step, and runs them whenever `ops` have come together.
   void add_step(const Clock& at, std::size_t ops) noexcept {
     call_.clock = at;
     flow_.still().begin();
@@ -58,7 +59,7 @@ class JoinedStages {
     if (m_.last()) add_flow(*m_.last());
   }
 
-  // All that have been added.
+  // Runs all stages that have been added.
   void run() noexcept {
     const std::size_t ops = std::exchange(count_, 0);
     if (ops == 0) return;
@@ -72,7 +73,7 @@ class JoinedStages {
   }
 
  private:
-  // The piece of a large sheet that goes through several stages at once: so much stays in the second-level cache of one core.
+  // The piece of a large sheet that goes through several stages at once: it stays in the second-level cache of one core.
   static constexpr std::size_t bytes_in_cache = std::size_t{1} << 19;
   static constexpr std::size_t max_ops = 16;
 
@@ -90,7 +91,7 @@ class JoinedStages {
   [[nodiscard]] const GridTerms<T>* grid_terms() const noexcept {
     return visit_form(network_.form, [](const auto& form) { return form.grid_terms(); });
   }
-  // A pulse reads the rows up to so far away.
+  // Rows: a pulse reads rows up to this distance.
   [[nodiscard]] static std::size_t reach(const GridTerms<T>& grid) noexcept { return grid.along.right2.is_there() ? 2 : 1; }
   [[nodiscard]] static std::size_t rows_in_cache(const GridTerms<T>& grid) noexcept {
     constexpr std::size_t columns = 7;  // x, v and w

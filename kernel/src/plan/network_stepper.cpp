@@ -25,7 +25,6 @@
 namespace dvdx {
 namespace {
 
-// One call.
 template <class T>
 class NetworkStepper {
  public:
@@ -67,7 +66,7 @@ class NetworkStepper {
     if (flow_.still().is_kept()) flow_.still().note_all();
   }
 
-  // The next call may carry on what the springs do to this state.
+  // Leaves the workspace for the next call, which may carry on what springs and meetings do to this state.
   template <class Kept>
   void leave(const State<Kept>& state) noexcept {
     ws_.work = work_;
@@ -79,7 +78,7 @@ class NetworkStepper {
     JoinedCopies<T>(call_).put_back_all(state);
   }
 
-  // For a call of no steps: puts what motions carry where it is at this time.
+  // For a call of no steps: puts kinematic particles where their motions have them at this time.
   template <class Kept>
   void store_kinematic(const State<Kept>& state) noexcept {
     for (const PinnedState<T>& held : call_.held) {
@@ -87,7 +86,7 @@ class NetworkStepper {
     }
   }
 
-  // Leaves the clock where the last step ends.
+  // Leaves the clock at the end of the last step.
   void run(Clock& clock, double step, std::size_t steps) noexcept {
     if (goes_by_sheets()) return run_by_sheets(clock, step, steps);
     const std::size_t stages = stages_.at_once();
@@ -103,13 +102,13 @@ class NetworkStepper {
     }
     stages_.run();
   }
-  // More neighbours of a particle than there is room for: the step has not ended.
+  // Whether a particle had more neighbours than there is room for. The step has then not ended.
   [[nodiscard]] bool has_too_many() const noexcept { return has_too_many_; }
 
  private:
   using After = typename JoinedFlow<T>::After;
 
-  // One sheet of a stack in the whole's working columns, on one thread.
+  // Steps one sheet of a stack in the working columns of `whole`, on one thread.
   NetworkStepper(const NetworkStepper& whole, std::size_t sheet) noexcept
       : NetworkStepper(whole.call_.scene, whole.m_, whole.ws_, whole.call_.particles, ParallelFor{}, whole.call_.report) {
     const std::size_t each = whole.call_.end / whole.sheets_.end;
@@ -120,7 +119,7 @@ class NetworkStepper {
     call_.number = whole.call_.number;
   }
 
-  // Sheets that nothing but sweeps joins, each of which is in cache where all of them are not.
+  // Whether independent sheets are stepped one by one: one fits in cache, together they do not.
   [[nodiscard]] bool goes_by_sheets() const noexcept {
     return sheets_.end - sheets_.first > 1 && !m_.closes_substeps() && !network_.air && m_.tracks().empty();
   }
@@ -167,14 +166,14 @@ class NetworkStepper {
     if (call_.is_relative()) followers_.rebase_origin();
   }
 
-  // Starts all that is driven on this step's path.
+  // Starts everything driven on this step's path.
   void begin_driven_paths() noexcept {
     followers_.begin_driven_paths();
     if (balls_) balls_->begin_driven_paths(call_.clock, network_.step);
     if (faces_) faces_->begin_driven_paths(call_.clock);
   }
 
-  // No pulse stands between a sub-step's flow and the next one's.
+  // Whether no pulse stands between the flows of two sub-steps.
   [[nodiscard]] bool moves_alone() const noexcept { return m_.again().empty() && !m_.closes_substeps(); }
 
   void settle() noexcept {
@@ -196,7 +195,7 @@ class NetworkStepper {
     if (balls_) balls_->prepare(call_.end_of_flow());
   }
 
-  // Particles that meet: false where there is too little room for them.
+  // Keeps meeting particles apart. Returns false if one has more neighbours than there is room for.
   [[nodiscard]] bool keep_apart() noexcept {
     if (network_.substep() == 0) return true;
     const Terms<T>& terms = !ws_.surfaces.empty() ? followers_.moved_terms() : m_.flows()[0]->terms;
@@ -205,7 +204,7 @@ class NetworkStepper {
     return !has_too_many_;
   }
 
-  // ---- a flow and what springs do behind it ------------------------------------------------------------------------------
+  // ---- a flow, then the action of springs --------------------------------------------------------------------------------
 
   template <class Form>
   void act(const Form& form, std::size_t f, std::size_t k) noexcept {
@@ -222,7 +221,7 @@ class NetworkStepper {
     pulses_.pulse(form, k);
     if (air != 0) air_.blow_in_the_middle(air);
   }
-  // Brown's contributions are of the whole sub-step, from where it starts.
+  // Brown's contributions cover the whole sub-step, from its start.
   template <class Form>
   void flow_by_pairs(const Form& form, std::size_t f) noexcept {
     if (air_.blows()) air_.blow_on_velocity(0.5);
@@ -246,7 +245,7 @@ class NetworkStepper {
     const AlphaTerms<T>& terms = is_start ? alpha.start : alpha.on;
     flow_.run(f, After::nothing, &terms);
     if (air_.blows()) air_.keep_velocity();
-    std::swap(work_.v, work_.v_next);  // the same where nothing damps
+    std::swap(work_.v, work_.v_next);  // one column if nothing damps
     form.sweep(sweeps_, ws_.with_columns(is_start ? alpha.sweeps_of_start : form.terms));
     std::swap(work_.v, work_.v_next);
     flow_.leave({.alpha = &terms});

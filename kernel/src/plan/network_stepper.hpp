@@ -1,4 +1,4 @@
-// A call of step() where something joins particles.
+// One call of step() of a scene that joins particles.
 #pragma once
 
 #include <cstddef>
@@ -10,8 +10,8 @@
 
 namespace dvdx {
 
-// T: what the scene is worked out in; Kept: what the state is kept in, float32 and residuals where they differ. The workspace
-// fits the motion. report: null where nobody asks what contacts do.
+// T: the scalar of the computation. Kept: the scalar of the state; if they differ, float32 with residuals. The workspace must
+// fit the motion. report: null if no contact report is wanted.
 template <class T, class Kept>
 StepResult step_joined(const CompiledScene<T>& scene, const JoinedMotion<T>& motion, JoinedWorkspace<T>& workspace,
                        State<Kept>& state, std::size_t steps, const ParallelFor& parallel,

@@ -25,7 +25,7 @@ std::string list(const std::vector<Isa>& isas) {
   return text;
 }
 
-// The one that is asked for, by the options or else by the environment.
+// The instruction set that the options ask for, otherwise the environment, otherwise the best.
 Expected<Isa> isa_of(const Options& options) {
   const std::optional<std::string> forced = options.isa ? std::nullopt : forced_isa();
   const std::optional<Isa> wanted = forced ? isa_from_name(*forced) : options.isa.value_or(best_isa(options.arithmetic));
@@ -55,7 +55,7 @@ std::vector<Vec3> positions(const State<T>& state, Rounding rounding) {
   return start;
 }
 
-// A plan for states of T that is worked out in A.
+// A plan for states of T that computes in A.
 template <class A, class T>
 Expected<Plan<T>> make_in(const Scene& scene, const Options& options, const State<T>* state, Particles particles) {
   const auto count = state != nullptr ? std::optional(state->count) : std::nullopt;
@@ -70,7 +70,7 @@ Expected<Plan<T>> make_in(const Scene& scene, const Options& options, const Stat
   return Plan<T>(new typename Plan<T>::Parts(std::move(*compiled)));
 }
 
-// Particles that stand in columns are counted.
+// Refuses moving contacts without a state: they are stepped in columns, which need the number of particles.
 std::optional<Error> check_moving_contacts(const Scene& scene) {
   for (std::size_t i = 0; i < scene.contacts.size(); ++i) {
     if (!motion_of(scene.contacts[i])) continue;
@@ -105,7 +105,7 @@ Expected<Plan<T>> make(const Scene& scene, const Options& options, const State<T
 
 namespace {
 
-// In columns for so many. Rounding is plain.
+// A plan in columns for `capacity` particles. Rounding is plain.
 template <class T>
 Expected<Plan<T>> make_to_meet(Scene scene, const Options& options, std::size_t capacity) {
   const StepEnvironment environment;
@@ -113,7 +113,7 @@ Expected<Plan<T>> make_to_meet(Scene scene, const Options& options, std::size_t 
   if (auto error = check(scene, capacity, options.elsewhere)) return tl::unexpected(*error);
   const Expected<Isa> isa = isa_of(options);
   if (!isa) return tl::unexpected(isa.error());
-  scene.coupling.scheme = Scheme::leapfrog;  // of no springs: in which particles stand as they are numbered
+  scene.coupling.scheme = Scheme::leapfrog;  // no springs: particles stand in the order of their numbers
   auto compiled =
       compile_scene<T>(std::move(scene), options, *isa, capacity, std::vector<Vec3>(capacity), Particles::come_and_meet);
   if (!compiled) return tl::unexpected(compiled.error());
@@ -218,7 +218,7 @@ Expected<void> set_skin_in(JoinedWorkspace<A>* workspace, std::size_t skin, std:
 
 namespace {
 
-// drive(the plan's own workspace), which workspaces that were made before do not know of.
+// Calls drive(the plan's own workspace), and counts it: workspaces made before do not know of it.
 template <class T, class Drive>
 Expected<void> driven_in(typename Plan<T>::Parts* parts, const Drive& drive) {
   return changed(parts, "plan", [&](auto& in) {

@@ -25,18 +25,18 @@
 
 namespace dvdx {
 
-// Null where nothing joins particles.
+// Null if nothing joins particles.
 template <class A>
 std::unique_ptr<JoinedWorkspace<A>> make_workspace(const CompiledScene<A>& scene) {
   if (scene.joined() == nullptr) return nullptr;
   return std::make_unique<JoinedWorkspace<A>>(scene.joined()->shape(), scene.options.memory);
 }
 
-// Scenes that differ from one in their step alone, for all instances of a plan: those that were lately asked for.
+// Scenes that differ from a base in their step alone, shared by all instances of a plan. It keeps the latest ones.
 template <class A>
 class StepPool {
  public:
-  // base, by a step of h or the longest that its limit allows, made from `from`, which is base or one of these.
+  // Returns base with the step h, or with the longest that its limit allows, made from `from`: base or one of these scenes.
   Expected<SharedScene<A>> with_step(const SharedScene<A>& base, const SharedScene<A>& from, double h);
 
  private:
@@ -51,12 +51,12 @@ class StepPool {
   std::size_t next_ = 0;
 };
 
-// Worked out in A.
+// A: the scalar of the computation.
 template <class A>
 struct PlanIn {
   explicit PlanIn(SharedScene<A> scene_) : scene(std::move(scene_)), workspace(make_workspace(*scene)) {}
 
-  // All or nothing: a workspace that still fits is kept, and what it remembers with it.
+  // All or nothing. A workspace that still fits is kept, with all that it remembers.
   Expected<void> become(Expected<SharedScene<A>> changed) {
     if (!changed) return tl::unexpected(changed.error());
     auto more = room_for((*changed)->joined());
@@ -121,7 +121,7 @@ struct PlanIn {
     return become(with_scene(*scene, std::move(changed)));
   }
 
-  // Keeps springs whose form does not depend on h; the form of others is made again, with the frequencies that were found.
+  // Keeps springs whose form does not depend on h. Makes other forms again, with the frequencies found before.
   Expected<void> set_step(double h) {
     const std::shared_ptr<CompiledNetwork<A>> of = network();
     const bool is_alone = is_only_owner(scene) && (of == nullptr || of.use_count() == 2);
@@ -150,19 +150,19 @@ struct PlanIn {
     return taken;
   }
 
-  // Another, in which everything is driven that is in this plan's own. Where another thread steps in that, nothing is: a step
-  // then says so.
+  // Returns another workspace, driven as this plan's own. If another thread is stepping in that, nothing is driven, and a step
+  // in the new one returns driven_elsewhere.
   [[nodiscard]] std::unique_ptr<JoinedWorkspace<A>> another_workspace() const {
     auto other = make_workspace(*scene);
     drive(other.get());
     return other;
   }
-  // Likewise of a plan that has just been cloned from that one.
+  // Drives the workspace of this plan, just cloned from `other`, likewise.
   void drive_as(const PlanIn& other) { other.drive(workspace.get()); }
 
   SharedScene<A> scene;
   std::unique_ptr<JoinedWorkspace<A>> workspace;
-  std::uint64_t drives = 0;  // calls of set_pose and its like
+  std::uint64_t drives = 0;  // number of calls of set_pose() and its like
   std::shared_ptr<StepPool<A>> pool = std::make_shared<StepPool<A>>();
 
  private:
@@ -180,7 +180,7 @@ struct PlanIn {
     return scene->joined() != nullptr ? scene->joined()->shared_network() : nullptr;
   }
 
-  // A workspace where the one that there is does not fit.
+  // Returns a new workspace if the present one does not fit, otherwise null.
   std::unique_ptr<JoinedWorkspace<A>> room_for(const JoinedMotion<A>* joined) {
     if (joined == nullptr) return nullptr;
     const WorkspaceShape shape = joined->shape();
@@ -208,7 +208,7 @@ struct PlanIn {
   }
 };
 
-// The parts for states of T: in float64 where T is, or where float32 is compensated.
+// The parts for states of T. The computation is in float64 if T is, or if float32 is compensated.
 template <class T>
 struct Plan<T>::Parts {
   template <class A>
@@ -222,14 +222,14 @@ struct Workspace<T>::Parts {
   template <class A>
   explicit Parts(std::unique_ptr<JoinedWorkspace<A>> workspace) : in(std::move(workspace)) {}
 
-  // drive(the workspace), which then knows by itself where things go.
+  // Calls drive(workspace). From then on the workspace is driven by itself.
   template <class Drive>
   static Expected<void> driven(Parts* parts, const Drive& drive);
 
   std::variant<std::unique_ptr<JoinedWorkspace<float>>, std::unique_ptr<JoinedWorkspace<double>>> in;
 };
 
-// change(what is in the parts), or an error where there are none.
+// Returns change(parts->in), or an error if parts is null.
 template <class Parts, class Change>
 auto changed(Parts* parts, const char* what, const Change& change) -> decltype(std::visit(change, parts->in)) {
   if (parts == nullptr) return tl::unexpected(moved_from(what));

@@ -1,4 +1,4 @@
-// Steps of plans within steps of particles that come and go.
+// Steps of a plan within the steps of particles that come and go.
 #pragma once
 
 #include <cstddef>
@@ -13,19 +13,20 @@
 
 namespace dvdx {
 
-// The step of a plan that joins nothing, of plain rounding, within a call that has begun: what is wrong has been looked for,
-// and the environment is a step's. To set it drains the processor: a million particles took half as long again in calls of
-// 1024. moved: null, or terms with surfaces moved, of one step. report: null, or what is told of the particles from number
-// `first` on.
+// Steps a plan within a call that has begun: the caller has checked the arguments and set the floating-point environment.
+// Setting it drains the processor: a million particles in calls of 1024 took half as long again. Rounding is plain. run()
+// takes plans that join nothing. moved: terms with moved surfaces, for one step, or null. report: null, or takes the contacts
+// of the particles, numbered from `first` on.
 template <class T>
 struct ReportedStep {
-  // A step of particles that meet as well: in the plan's own workspace, or in one that its like made.
+  // Steps particles that meet once, in `given`, which a clone may have made, or, if it is null, in the plan's own workspace.
   static StepResult meet(const Plan<T>& plan, Workspace<T>* given, State<T>& state, const ParallelFor& parallel,
                          ContactReport::Parts* report) noexcept;
-  // Some of them have gone: after[i] is the number of particle i from now on, or no_partner; `count` are left.
+  // Renumbers particles after removals: after[i] is the new number of particle i, or no_partner if it has gone. count: those
+  // left.
   static void renumber(const Plan<T>& plan, Workspace<T>* given, std::span<const std::uint32_t> after,
                        std::size_t count) noexcept;
-  // Where its motions have been told to go.
+  // The motions in the plan's own workspace, as the caller drives them.
   static const std::vector<DrivenMotion>& motions_of_meeting(const Plan<T>& plan) noexcept;
   static void run(const Plan<T>& plan, const Terms<T>* moved, State<T>& state, std::size_t steps, ContactReport::Parts* report,
                   std::size_t first) noexcept;

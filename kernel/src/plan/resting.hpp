@@ -18,17 +18,17 @@
 
 namespace dvdx {
 
-// All particles, in the plan's columns.
+// Columns of all particles of the plan.
 template <class T>
 struct RestingColumns {
-  std::span<StandsHow> how;               // or none
-  std::span<std::uint32_t> on;            // the surface that carries what stands still; where surfaces move
+  std::span<StandsHow> how;               // empty if not kept
+  std::span<std::uint32_t> on;            // the surface that carries a still particle; empty if none moves
   std::span<const std::uint32_t> movers;  // of the flow: a surface of each motion, or no_surface
   const T* w = nullptr;
   const StayKernels<T>* kernels = nullptr;
 };
 
-// A block's particles about one flow, whose contacts are among `terms`. No longer than max_block.
+// One block's particles, at most max_block, before and after one flow. terms: include the flow's contacts.
 template <class T>
 class RestingBlock {
  public:
@@ -41,19 +41,19 @@ class RestingBlock {
         terms_(terms),
         block_(block) {}
 
-  // Before the first flow of a step, as a call of its own knows no more than the state.
+  // Before the first flow of a step: finds carried particles from the state alone, as a call that begins here would.
   void find_carried(T t) noexcept {
     if (on_.empty() || (!has_any_noted() && !may_be_carried(t))) return;
     for (std::size_t i = 0; i < on_.size(); ++i) note(i, t);
   }
 
-  // Before anything moves them.
+  // Keeps the positions before anything moves the particles.
   void keep() noexcept {
     is_any_ = has_any_noted();
     for (std::size_t axis = 0; axis < 3 && is_any_; ++axis) std::copy_n(block_.x[axis], block_.count, kept_[axis].data());
   }
 
-  // After the pulse, before the flow `motion`. Particles that do not stay get what they have missed.
+  // After the pulse, before the flow: decides which particles stay. Others that have waited get the velocity they missed.
   void judge(const FreeMotion<T>& motion, const Offsets<T>* offsets, const SubstepImpulse<T>& impulse) noexcept {
     if (!is_any_) return;
     const Columns gain = gain_of(kept_, motion, offsets);
@@ -70,7 +70,7 @@ class RestingBlock {
           kept_v_[axis][i] = p.v1[axis];
         }
         if (block_.log == nullptr)
-          block_.x[0][i] = std::numeric_limits<T>::quiet_NaN();  // it is put back, and so meets nothing
+          block_.x[0][i] = std::numeric_limits<T>::quiet_NaN();  // NaN meets nothing in the flow; the particle is put back
         continue;
       }
       how_[i] = StandsHow::moves;
@@ -84,7 +84,7 @@ class RestingBlock {
     }
   }
 
-  // After the flow: what stays is put back, and what has come to stand still is noted.
+  // Puts the particles that stay back after the flow, and notes those that have come to stand still.
   void end() noexcept {
     if (how_.empty() || (!is_any_ && !may_be_still() && !may_be_carried(T(0)))) return;
     for (std::size_t i = 0; i < how_.size(); ++i) {
@@ -123,7 +123,7 @@ class RestingBlock {
     for (std::size_t i = 0; i < block_.count; ++i) all += ((u[i] == 0) & (v[i] == 0) & (w[i] == 0) & (w_[i] > 0)) ? 1U : 0U;
     return all != 0;
   }
-  // By the first component of the velocity, with more than the roundings that carrier() allows.
+  // Compares only the first component of the velocity, with a wider tolerance than carrier() has.
   [[nodiscard]] bool may_be_carried(T t) const noexcept {
     if (!terms_.moves) return false;
     return std::any_of(movers_.begin(), movers_.end(),
@@ -152,7 +152,7 @@ class RestingBlock {
   [[nodiscard]] bool is_still(std::size_t i) const noexcept {
     return w_[i] > 0 && block_.v[0][i] == 0 && block_.v[1][i] == 0 && block_.v[2][i] == 0;
   }
-  // t: before the end of the flow.
+  // t: s, before the end of the flow.
   [[nodiscard]] std::uint32_t carrier_of(std::size_t i, T t) const noexcept {
     if (!terms_.moves || !(w_[i] > 0)) return no_surface;
     return kernels_.carrier(terms_, movers_, t, {block_.x[0][i], block_.x[1][i], block_.x[2][i]},
@@ -163,7 +163,7 @@ class RestingBlock {
     if (!on_.empty()) on_[i] = on;
     how_[i] = on != no_surface || is_still(i) ? StandsHow::stands : StandsHow::moves;
   }
-  // That the surface has changed the particle's velocity by dv, besides what the flow tells.
+  // Reports that the surface has changed the particle's velocity by dv, besides what the flow reports.
   void report(std::size_t i, std::uint32_t surface, const std::array<T, 3>& dv) const noexcept {
     if (block_.log == nullptr || surface == no_surface || dv == std::array<T, 3>{}) return;
     block_.log->take_hold({.particle = block_.first + i,
@@ -181,9 +181,9 @@ class RestingBlock {
     return p;
   }
 
-  // The velocity that the flow gives without contacts to what stands still at x.
+  // The velocity that the flow without contacts gives to particles at rest at x.
   [[nodiscard]] Columns gain_of(const Columns& x, const FreeMotion<T>& motion, const Offsets<T>* offsets) const noexcept {
-    // Where nothing but offsets moves them it is the same for all.
+    // The gain is the same for all particles if offsets alone move them.
     constexpr std::size_t few = 16;
     const bool is_alike = motion.flow == Flow::drift && motion.terms.radial_count == 0;
     Columns at, gain;
@@ -209,7 +209,7 @@ class RestingBlock {
   const Terms<T>& terms_;
   const Block<T>& block_;
   bool is_any_ = false;
-  // Where what stays ends, and on which surface; left as they are where nothing stands still.
+  // The end of each particle that stays, and its surface. Uninitialised if nothing stands still.
   Columns kept_, kept_v_;
   std::array<std::uint32_t, max_block> by_;
 };

@@ -29,7 +29,7 @@ constexpr int max_rows = 64;
 using Matrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::ColMajor, max_rows, max_rows>;
 using Vector = Eigen::Matrix<double, Eigen::Dynamic, 1, Eigen::ColMajor, max_rows, 1>;
 
-// Sources that move with the clock stand in rows of their own; the others act through the row of the one.
+// Sources that change with the clock have rows of their own. The others act through the row of the constant 1.
 bool is_moving(const Source& source) noexcept {
   using Kind = Source::Kind;
   switch (source.kind) {
@@ -63,7 +63,7 @@ double power(double base, int exponent) {
   return value;
 }
 
-// How the amplitude of source r, which stands in row `row`, moves in a step.
+// Adds the change of source r's amplitude, which stands in row `row`, over one step.
 void add_clock(Matrix& M, const Scene& scene, const System& system, std::size_t r, int row, double h) {
   const auto& sources = system.sources();
   const Source& source = sources[r];
@@ -112,7 +112,7 @@ Matrix step_matrix(const Scene& scene, const System& system, std::size_t axis, s
 Matrix to_the_power(Matrix M, std::uint64_t n) {
   Matrix result = Matrix::Identity(M.rows(), M.cols());
   for (; n != 0; n >>= 1U) {
-    if ((n & 1U) != 0) result = result.lazyProduct(M).eval();  // these are small: blocks of them would take seconds to compile
+    if ((n & 1U) != 0) result = result.lazyProduct(M).eval();  // small: a blocked product would take seconds to compile
     M = M.lazyProduct(M).eval();
   }
   return result;

@@ -1,5 +1,5 @@
-// How a state stands: the lengths of what joins its particles, its energy, what is not finite. One pass over the particles and
-// one over what joins them.
+// Plan::check(): the lengths of what joins particles, the energy, and particles that are not finite. One pass over the
+// particles and one over what joins them.
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -18,9 +18,9 @@ namespace dvdx {
 namespace {
 
 constexpr std::size_t looked_at_together = 256;  // particles, or springs
-constexpr std::size_t look_lanes = 8;            // loops over which compilers turn into registers
+constexpr std::size_t look_lanes = 8;            // compilers turn loops of this length into registers
 
-// Sums of eight apart, so that none waits for the one before it.
+// Eight separate sums, so that no addition waits for the one before it.
 template <class A>
 struct LookLanes {
   std::array<A, look_lanes> lane{};
@@ -31,7 +31,7 @@ struct LookLanes {
   }
 };
 
-// Calls use(i, lane, counts) for each i < n, eight together; the last eight may meet some again, which do not count. Fewer than
+// Calls use(i, lane, counts) for each i < n, eight at a time. The last eight may repeat some i, with counts false. Fewer than
 // eight come one by one.
 template <class Use>
 [[gnu::always_inline]] inline void for_each_in_lanes(std::size_t n, const Use& use) noexcept {
@@ -48,7 +48,7 @@ template <class Use>
   for (std::size_t lane = 0; lane < look_lanes; ++lane) use(n - look_lanes + lane, lane, lane >= again);
 }
 
-// Three numbers of some particles that stand side by side: where they lie so in A they are read there, else from a copy.
+// Three numbers of consecutive particles in contiguous columns of A: the state's own if they are such, otherwise a copy.
 template <class A>
 struct SideBySide {
   std::array<const A*, 3> at{};
@@ -74,7 +74,7 @@ struct SideBySide {
   }
 };
 
-// One number of any particle, without a division for each.
+// Reads one number of any particle, without a division for each.
 template <class T>
 class ColumnReader {
  public:
@@ -91,7 +91,7 @@ class ColumnReader {
  private:
   const Column<T>& column_;
   const std::byte* first_;
-  std::ptrdiff_t stride_ = 0;  // bytes; 0: neither side by side nor one by one
+  std::ptrdiff_t stride_ = 0;  // bytes; 0: the column has more than one stride
 };
 
 double off_its_bound(Bound bound, double part) noexcept {
@@ -106,7 +106,7 @@ double off_its_bound(Bound bound, double part) noexcept {
   return 0;
 }
 
-// A: what the scene is worked out in; T: what the state is kept in.
+// A: the scalar of the computation. T: the scalar of the state.
 template <class A, class T>
 class Look {
  public:
@@ -148,7 +148,7 @@ class Look {
     }
   }
 
-  // kg, 0 of what is held.
+  // kg; 0 for held particles.
   void take_masses(std::size_t first, std::size_t n, std::array<A, looked_at_together>& mass) const noexcept {
     const Scalars& all = scene_.scene.mass;
     if (all.is_uniform()) {
@@ -193,7 +193,7 @@ class Look {
     return all;
   }
 
-  // 0 times what is not finite is not a number.
+  // 0 times a number that is not finite is NaN.
   void count_what_is_not_finite(const SideBySide<A>& x, const SideBySide<A>& v, std::size_t first, std::size_t n) noexcept {
     using Count = std::conditional_t<sizeof(A) == 4, std::uint32_t, std::uint64_t>;
     const auto nothing = [&](std::size_t i) {
@@ -217,7 +217,7 @@ class Look {
 
   // ---- grids --------------------------------------------------------------------------------------------------------------
 
-  // Springs of a direction that begin side by side.
+  // Springs of one direction whose first ends are consecutive particles.
   struct Run {
     std::size_t a = 0, b = 0, n = 0;  // the first one's ends, the lesser first, and how many there are
   };
@@ -388,7 +388,7 @@ class Look {
 template <class A, class T>
 StateCheck check_in(const CompiledScene<A>& scene, const State<T>& state) noexcept {
   if constexpr (sizeof(A) < sizeof(T)) {
-    return {};  // no plan for float64 states is worked out in float32
+    return {};  // no plan for float64 states computes in float32
   } else {
     const StepResult fit = fit_of_columns(scene, state);
     if (fit != StepResult::done) return {.result = fit};

@@ -8,14 +8,14 @@
 
 namespace dvdx {
 
-// Whether a state of so many particles is the scene's.
+// Whether the scene takes a state of `particles` particles.
 template <class A>
 bool takes(const CompiledScene<A>& scene, std::size_t particles) noexcept {
   if (!scene.count) return true;
   return scene.particles == Particles::come_and_meet ? particles <= *scene.count : particles == *scene.count;
 }
 
-// Its count and its columns. A: what the scene is worked out in.
+// Checks the count and the columns. A: the scalar of the computation.
 template <class A, class T>
 StepResult fit_of_columns(const CompiledScene<A>& scene, const State<T>& state) noexcept {
   if (!takes(scene, state.count)) return StepResult::count_differs;

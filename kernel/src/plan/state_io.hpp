@@ -1,4 +1,4 @@
-// Between a state's columns and the memory that a step works in.
+// Copies between a state's columns and the working memory of a step.
 #pragma once
 
 #include <algorithm>
@@ -11,7 +11,7 @@
 
 namespace dvdx {
 
-// x, y, z of all particles, and where three columns of memory begin.
+// Vectors: x, y and z of all particles. Places: the beginnings of three columns of memory.
 template <class T>
 using Vectors = std::array<Column<T>, 3>;
 template <class T>
@@ -26,7 +26,7 @@ Places<const T> read_only(const Places<T>& columns) noexcept {
   return {columns[0], columns[1], columns[2]};
 }
 
-// Those of three numbers, and of three columns that are arrays.
+// The places of three numbers, or of three columns that are arrays.
 template <class T>
 Places<T> places_of(std::array<T, 3>& numbers) noexcept {
   return {&numbers[0], &numbers[1], &numbers[2]};
@@ -54,7 +54,7 @@ bool are_contiguous(const Vectors<T>& columns) noexcept {
   return columns[0].is_contiguous() && columns[1].is_contiguous() && columns[2].is_contiguous();
 }
 
-// Where the three numbers of a particle stand side by side.
+// The triples of all particles, if the three numbers of a particle stand side by side.
 template <class T>
 std::optional<Threes<T>> threes_of(const Vectors<T>& columns) noexcept {
   for (std::size_t axis = 0; axis < 3; ++axis) {
@@ -64,13 +64,13 @@ std::optional<Threes<T>> threes_of(const Vectors<T>& columns) noexcept {
   return Threes<T>{columns[0].base, columns[0].stride};
 }
 
-// Those of a run.
+// The triples of a run, if threes_of() has them.
 template <class T>
 Threes<T> threes_at(const Vectors<T>& columns, const ParticleRun& run) noexcept {
   return {columns[0].at(run.first), columns[0].stride * static_cast<std::ptrdiff_t>(run.every)};
 }
 
-// to[axis][k] = number `axis` of the run's particle k, and back. Numbers are those of the columns, or of columns and rests.
+// to[axis][k] = number `axis` of the run's particle k, and back. In float64, numbers of float32 are sums of columns and rests.
 template <class T>
 void load(const Passes& passes, const Vectors<T>& columns, const Vectors<T>& /*rests*/, const ParticleRun& run,
           const Places<T>& to) noexcept {
@@ -101,11 +101,11 @@ void store(const Passes& passes, const Places<const T>& from, const ParticleRun&
   }
 }
 
-// Some float32 columns that lie otherwise, on their way.
+// A buffer for particles of float32 columns that are not contiguous.
 inline constexpr std::size_t passing_together = 256;
 using Passing = std::array<std::array<float, passing_together>, 3>;
 
-// use(run, element): a run's particles, so many at a time.
+// Calls use(run, element) for at most passing_together of the run's particles at a time.
 template <class Use>
 void for_each_passing(const ParticleRun& run, const Use& use) noexcept {
   for (std::size_t k = 0; k < run.count; k += passing_together) {

@@ -18,12 +18,12 @@
 namespace dvdx {
 namespace {
 
-// Offsets of this many half or whole steps live on the caller's stack; where they depend on time, longer calls walk the batch
+// Offsets of this many half or whole steps live on the caller's stack. If they depend on time, longer calls walk the batch
 // again.
 constexpr std::size_t max_offsets = 32;
-// Blocks that one call of the caller's parallel_for takes: a fixed number, so that nothing depends on threads.
+// Blocks of one task. The number is fixed, so that no result depends on the number of threads.
 constexpr std::size_t blocks_per_task = 4;
-// A: what the step is worked out in; T: what the state is kept in. They differ where float32 is compensated.
+// A: the scalar of the computation. T: the scalar of the state. They differ if float32 is compensated.
 template <class A, class T>
 struct Batch {
   const CompiledScene<A>& scene;
@@ -32,12 +32,12 @@ struct Batch {
   const State<T>& state;
   Steps<A> steps;
   Clock start{};                           // of the first of these steps
-  ContactReport::Parts* report = nullptr;  // null: nobody asks what contacts do
-  std::uint64_t number = 0;                // of the report's steps, the first of these
+  ContactReport::Parts* report = nullptr;  // null: no report is wanted
+  std::uint64_t number = 0;                // of the first of these steps in the report
   const LoggedParticles* logged = nullptr;
 };
 
-// With a report step by step: it is told which one it is.
+// With a report the steps run one by one: the recorder is told which one it is.
 template <class A, class T>
 void run_steps(const Batch<A, T>& batch, Block<A>& block, ContactRecorder<A>* recorder) noexcept {
   const FreeMotion<A>& motion = batch.motion;
@@ -53,8 +53,8 @@ void run_steps(const Batch<A, T>& batch, Block<A>& block, ContactRecorder<A>* re
   }
 }
 
-// Particles that are copied to be stepped: so many at a time that copies and originals stay in first-level cache. Blocks that
-// look for the surfaces near them do so once a block.
+// The number of particles that are copied together to be stepped: copies and originals stay in first-level cache. Blocks that
+// search for the surfaces near them are as large as possible, as they search once a block.
 template <class A>
 std::size_t staged_together(const FreeMotion<A>& motion) noexcept {
   return motion.terms.searches ? max_block : 256;
@@ -116,7 +116,7 @@ bool step_in_place(const Batch<A, T>& batch, std::size_t first, std::size_t n, C
   return false;
 }
 
-// Six columns in tiles that are alike.
+// The six columns as tiles, if their tiles are alike.
 template <class T>
 std::optional<Tiles<T>> tiles_from(const State<T>& state, std::size_t first) noexcept {
   const Column<T>& one = state.x[0];
@@ -132,7 +132,7 @@ std::optional<Tiles<T>> tiles_from(const State<T>& state, std::size_t first) noe
   return tiles;
 }
 
-// Structs and tiles are stepped as they lie where nothing but the flow acts. Returns how many of the particles were.
+// Steps structs and tiles as they lie if nothing but the flow acts. Returns how many of the particles it stepped.
 template <class A, class T>
 std::size_t step_as_they_lie(const Batch<A, T>& batch, std::size_t first, std::size_t n) noexcept {
   if constexpr (std::is_same_v<A, T>) {
@@ -202,7 +202,7 @@ struct Reported {
   std::size_t first = 0;
 };
 
-// Where offsets depend on time they are made for some steps at once; else once. terms: the motion's, or with its surfaces
+// Makes offsets that depend on time for some steps at a time, and others once. terms: the motion's, or with its surfaces
 // moved.
 template <class A, class T>
 void step_free(const CompiledScene<A>& scene, const FreeMotion<A>& motion, const Terms<A>& terms, State<T>& state,
@@ -229,12 +229,12 @@ void step_free(const CompiledScene<A>& scene, const FreeMotion<A>& motion, const
   }
 }
 
-// workspace: null where nothing joins particles.
+// workspace: null if nothing joins particles.
 template <class A, class T>
 StepResult step_by(const CompiledScene<A>& scene, JoinedWorkspace<A>* workspace, State<T>& state, std::size_t steps,
                    const ParallelFor& parallel, const Reported& reported = {}) noexcept {
   if constexpr (sizeof(A) < sizeof(T)) {
-    return StepResult::done;  // no plan for float64 states is worked out in float32
+    return StepResult::done;  // no plan for float64 states computes in float32
   } else {
     if (const StepResult result = fit_of(scene, state); result != StepResult::done) return result;
     const JoinedMotion<A>* joined = scene.joined();

@@ -21,7 +21,7 @@
 namespace dvdx {
 namespace {
 
-// Springs turn, and their frequency changes with them: the margin between the start's frequency and the limit.
+// The margin between the start's frequency and the limit: springs turn, and their frequency changes with them.
 constexpr double start_margin = 1 / 0.93;
 
 struct Limited {
@@ -29,8 +29,8 @@ struct Limited {
   LimitedBy by = LimitedBy::frequency;
 };
 
-// A sheet that hangs free reaches its bound only where it folds onto a line, and is left to its user below that; sheets that
-// land and other springs are not (curtain and net-stiff blew up between the two).
+// A sheet that hangs free reaches its bound only if it folds onto a line. Between the start's limit and the bound it is left
+// to its user. Sheets that land and other springs are refused there (curtain and net-stiff blew up between the two).
 Limited limit_of(const SubstepRule& rule, const Frequencies& frequencies, double h, int substeps, bool hangs_free) {
   Limited found;
   NetworkLimit& limit = found.limit;
@@ -45,7 +45,7 @@ Limited limit_of(const SubstepRule& rule, const Frequencies& frequencies, double
   HighestRates rates{frequencies.bound, frequencies.damping};
   limit.safe = substeps_for(rule.stable, h, rates);
   limit.fewest = limit.safe;
-  // K and C scale alike with position: K's margin is the square of the frequency's, and so it is of M^-1 C.
+  // K and C scale alike with position. K's margin is the square of the frequency's, and so is that of M^-1 C.
   const HighestRates at_start{frequencies.start * start_margin, frequencies.damping_start * start_margin * start_margin};
   if (hangs_free && substeps_for(rule.stable, h, at_start) < limit.safe) {
     limit.fewest = substeps_for(rule.stable, h, at_start);
@@ -66,7 +66,7 @@ double fastest_turn_of(const Scene& scene) {
 
 int substeps_of_turn(double turn) { return static_cast<int>(std::clamp(std::ceil(turn / most_turn), 1.0, 1e6)); }
 
-// fewest: lower limit where the scene leaves the number open.
+// fewest: lower limit if the scene leaves the number open.
 Substeps substeps_of(const Coupling& coupling, const SubstepRule& rule, double h, const HighestRates& rates, int fewest) {
   if (rule.is_alone) return {.substeps = coupling.substeps.value_or(fewest)};
   Substeps found;
@@ -77,15 +77,15 @@ Substeps substeps_of(const Coupling& coupling, const SubstepRule& rule, double h
   return found;
 }
 
-// s, of the even steps or of those that vary: no sub-step of sweeps that chooses their number is longer.
+// s: the longest sub-step of sweeps that choose their number, for even steps or for those that vary.
 double longest_of_sweeps(const Coupling& coupling, double frequency, Pace pace) noexcept {
   if (!leaves_substeps_open(coupling) || !coupling.longest_substep) return std::numeric_limits<double>::infinity();
   const bool varies = pace == Pace::uneven && is_generalized_alpha(coupling);
   return varies ? as_stiff_where_uneven(*coupling.longest_substep, frequency) : *coupling.longest_substep;
 }
 
-// As many as make no sub-step longer than those of the longest step, which `longest` has: a plan of more than most_substeps is
-// refused.
+// Takes enough sub-steps that none is longer than those of the longest step, which `longest` has. A plan of more than
+// most_substeps is refused.
 Substeps cut(Substeps found, double h, const Substeps& longest) {
   found.substeps = std::max(found.substeps, substeps_within(longest.longest, h));
   found.longest = std::copysign(longest.longest, h);
@@ -121,7 +121,7 @@ SubstepChoice::SubstepChoice(const Scene& scene, const Options& options, std::sp
       rods_frequency_(std::sqrt(length(constant_acceleration(scene)) * rods_rate_)),
       meeting_rate_(meeting_rate(scene, start)) {}
 
-// By sums where they tell the number of sub-steps, by eigenvalues only where these would save some.
+// Uses sums if they determine the number of sub-steps, and eigenvalues only if these may save some.
 void SubstepChoice::choose(const Scene& scene, std::span<const JoinedPair> pairs, std::span<const Vec3> start,
                            const SubstepChoice* kept, Changed changed, std::optional<SweptNet>& net) {
   const auto by = [&](const HighestRates& highest) { return substeps_by(highest); };
@@ -172,13 +172,13 @@ double SubstepChoice::step_within_limit(const Options& options) const noexcept {
   return within;
 }
 
-// Sweeps are stable at any rate, and no sub-step is saved: their rho is that of the sums.
+// Sweeps are stable at any rate, so eigenvalues save no sub-step. Their rho is that of the sums.
 RateBounds SubstepChoice::seen(RateBounds bounds) const noexcept {
   if (coupling.scheme == Scheme::sequential) bounds.least = bounds.most;
   return bounds;
 }
 
-// Where sums do not tell the number of sub-steps, eigenvalues do, which are not looked for here.
+// Returns false as well if sums do not determine the number of sub-steps: no eigenvalues are computed here.
 bool SubstepChoice::are_right(const RateBounds& bounds) const noexcept {
   Substeps least = substeps_by(bounds.least);
   Substeps most = substeps_by(bounds.most);

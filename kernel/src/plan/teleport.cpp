@@ -1,5 +1,5 @@
-// A state is carried elsewhere by a rigid motion of the world, with all that its next step depends on. Pins and bodies that
-// jump by themselves: Arrival::jump, plan/instance.cpp.
+// Moves a state by a rigid motion of the world, with everything that its next step depends on. Pins and bodies that jump by
+// themselves: Arrival::jump, plan/instance.cpp.
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -21,7 +21,7 @@ namespace dvdx {
 namespace {
 
 constexpr std::size_t carried_together = 256;  // particles
-// A place may be rounded by so much of the shortest spring or rod.
+// The largest rounding of a place, as part of the shortest spring or rod.
 constexpr double most_rounding = 1.0 / 64;
 
 bool are_all_finite(const Vec3& v) { return std::isfinite(v[0]) && std::isfinite(v[1]) && std::isfinite(v[2]); }
@@ -39,7 +39,7 @@ std::optional<Error> refusal_of_fit(StepResult fit, const std::optional<std::siz
   }
 }
 
-// Constraints that hold a particle at a place of the world.
+// An error if a constraint holds a particle at a place of the world.
 std::optional<Error> refusal_of_holds(const Scene& scene) {
   for (std::size_t k = 0; k < scene.constraints.size(); ++k) {
     if (std::holds_alternative<Distance>(scene.constraints[k])) continue;
@@ -62,14 +62,14 @@ struct CarriedBlock {
   }
 };
 
-// A: what the scene is worked out in; T: what the state is kept in.
+// A: the scalar of the computation. T: the scalar of the state.
 template <class A, class T>
 class Carriage {
  public:
   Carriage(const CompiledScene<A>& scene, const RigidMotion& by, const State<T>& state) noexcept
       : scene_(scene), by_(by), state_(state), origin_(scene.scene.origin), all_from_(by.from(origin_.at(0))) {}
 
-  // m: how far from the origin the farthest place comes.
+  // m: the largest coordinate, from the origin, of any place after the motion.
   [[nodiscard]] double farthest() const noexcept {
     double most = 0;
     CarriedBlock<A> x;
@@ -124,7 +124,7 @@ class Carriage {
   RigidMotion by_;
   const State<T>& state_;
   const Origin& origin_;
-  RigidMotion all_from_;  // where one point is the origin of all
+  RigidMotion all_from_;  // if one point is the origin of all
 };
 
 template <class A, class T>
@@ -134,7 +134,7 @@ std::optional<Error> refusal_of_places(const CompiledScene<A>& scene, const Pose
     return Error{"by.translation", text(by.translation), valid + " (states are of " + type + ")"};
   };
   if (!std::isfinite(static_cast<T>(farthest))) return refuse("one that leaves all places finite");
-  constexpr double compensated = 0x1p-48;  // what a column and its residuals hold
+  constexpr double compensated = 0x1p-48;  // relative rounding of a column with its residuals
   constexpr double rounding = sizeof(A) > sizeof(T) ? compensated : std::numeric_limits<T>::epsilon() / 2;
   const double shortest = scene.lengths->shortest();
   if (farthest * rounding <= most_rounding * shortest) return std::nullopt;
@@ -142,7 +142,7 @@ std::optional<Error> refusal_of_places(const CompiledScene<A>& scene, const Pose
                 " m of the scene's origin, where springs and rods of " + text(shortest, 3) + " m keep their lengths");
 }
 
-// All that steps carry on beside the state.
+// Moves everything that steps carry on besides the state.
 template <class A, class T>
 void carry_workspace(const JoinedMotion<A>& joined, JoinedWorkspace<A>& workspace, const State<T>& state,
                      const RigidMotion& by) {
@@ -168,7 +168,7 @@ void carry_workspace(const JoinedMotion<A>& joined, JoinedWorkspace<A>& workspac
 template <class A, class T>
 Expected<void> teleport_in(const CompiledScene<A>& scene, JoinedWorkspace<A>* workspace, State<T>& state, const Pose& by) {
   if constexpr (sizeof(A) < sizeof(T)) {
-    return {};  // no plan for float64 states is worked out in float32
+    return {};  // no plan for float64 states computes in float32
   } else {
     Checker check(std::nullopt);
     check.value("by.translation", by.translation, Range::finite);

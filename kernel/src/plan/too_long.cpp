@@ -16,7 +16,7 @@
 namespace dvdx {
 namespace {
 
-// use(a, b, rest length) of each spring, torn ones too.
+// Calls use(a, b, rest length) for each spring, torn ones too.
 template <class Use>
 void for_each_spring(const Grid& grid, std::span<const Vec3> /*start*/, const Use& use) {
   for (const GridDirection& d : directions_of(grid)) {
@@ -47,7 +47,7 @@ std::optional<Error> refusal(const Scene& scene, std::size_t particles, std::siz
   return Error{"state.count", std::to_string(count), std::to_string(particles)};
 }
 
-// Two that join the same particles tear together.
+// Springs that join the same two particles tear together.
 void leave_out_torn(std::vector<Pair>& found, std::vector<Pair> torn) {
   for (Pair& ends : torn) ends = ascending(ends);
   std::sort(torn.begin(), torn.end());

@@ -1,4 +1,4 @@
-// Which springs of a network a state has stretched too far.
+// The springs of a network that a state has stretched too far.
 #pragma once
 
 #include <cstddef>

@@ -104,7 +104,7 @@ struct ContactChecker {
                    : "left to a mesh whose shortest side is longer: half of it is " + text(most, 6) + ", the least cell " +
                          text(least, 6) + nodes);
   }
-  // For an inside.
+  // For Side::inside.
   void leaves_room(double thickness, double size, const std::string& of) const {
     if (!(size - thickness > 0))
       check.fail(at + ".thickness", text(thickness), "less than the " + of + ", " + text(size) + " m");
@@ -495,7 +495,7 @@ std::optional<Error> check(const Wind& wind) {
 
 std::string Error::message() const { return field + " is " + value + ": must be " + valid; }
 
-// Flows that go back meet no surface: what pulses of springs do to a particle inside in them would add up.
+// Refuses push_out in fourth_order: its backward flows meet no surface, so springs' pulses on a particle inside would add up.
 void check_push_out(Checker& check, const Scene& scene) {
   if (scene.networks.empty() || scene.coupling.scheme != Scheme::fourth_order) return;
   for (std::size_t i = 0; i < scene.contacts.size() && !check.error; ++i) {

@@ -10,10 +10,10 @@ namespace dvdx {
 
 inline constexpr int most_substeps = 1000000;  // a step
 
-// The first thing that is wrong, or nothing. count: the state's particles, where a state is given. elsewhere: of a part's.
+// The first error, or nothing. count: the state's particles, if a state is given. elsewhere: the context of a part.
 std::optional<Error> check(const Scene& scene, std::optional<std::size_t> count, const PartContext& elsewhere);
 std::optional<Error> check(const Options& options);
-// Refuses a scene, checked before, whose sweeps cannot be a part's.
+// Refuses a scene, checked before, whose sweeps a part cannot make.
 std::optional<Error> check_sweeps(const Scene& scene, const PartContext& elsewhere, std::optional<std::size_t> count);
 // Checks one alone: forces[index], contacts[index].
 std::optional<Error> check(const Force& force, std::size_t index, std::optional<std::size_t> count);

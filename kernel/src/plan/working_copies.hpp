@@ -24,7 +24,7 @@ void put_back(const Passes& passes, const Places<const A>& from, const ParticleS
   store(passes, places(from, span.element), {span.particle, span.count, span.every}, to, rests);
 }
 
-// Rows in a row, of so many spans each; whole lines at once where they can be.
+// Consecutive rows of `each` spans, copied as whole lines if possible.
 struct Rows {
   std::span<const ParticleSpan> spans;
   std::size_t each;
@@ -35,7 +35,7 @@ struct Rows {
     return count;
   }
   [[nodiscard]] std::size_t pitch() const noexcept { return spans[1].element - spans[0].element; }
-  // A row of fewer particles than lines leaves some out.
+  // A row with fewer particles than lines has no span for some of the lines.
   [[nodiscard]] bool are_in_lines() const noexcept {
     if (each != 2 && each != 4) return false;
     return spans.size() == each || spans[each].element - spans[0].element == each * pitch();
@@ -80,7 +80,7 @@ void put_back(const Passes& passes, const Places<const A>& from, const Rows& row
   for (const ParticleSpan& span : rows.spans) put_back(passes, from, span, to, rests);
 }
 
-// The same of particles anywhere: tight loops, in which many reads are on their way at once.
+// The same for particles anywhere. The loops are tight, so that many reads are in flight at once.
 template <class T>
 void fetch(const Vectors<T>& from, const Vectors<T>& /*rests*/, std::span<const std::uint32_t> particles,
            const Places<T>& to) noexcept {

@@ -7,7 +7,7 @@
 
 namespace dvdx {
 
-// Padding holds NaN: nothing may read it, and a test would see what does.
+// Padding holds NaN: nothing may read it, and a test would show a read.
 template <class T>
 JoinedWorkspace<T>::JoinedWorkspace(const WorkspaceShape& shape, const Memory& memory)
     : held(shape.fixed),
@@ -101,7 +101,7 @@ void JoinedWorkspace<T>::add_records() {
   const auto of_springs = [&] { return columns_.add(record * shape_.sweeps.springs); };
   ranges.x = of_particles();
   ranges.shift = of_particles();
-  // Lanes without a spring join particles that are 1 m apart: a sound distance.
+  // Lanes without a spring join two particles that are 1 m apart, so that no distance is 0.
   for (std::size_t i = shape_.elements + 1; i < shape_.sweeps.records; i += 2) ranges.x[record * i] = T(1);
   if (shape_.sweeps.keeps_velocities) ranges.v = of_particles();
   if (shape_.visits_again) ranges.apart = of_springs();

@@ -1,10 +1,10 @@
-// 1/sqrt(x) from the machine's own estimate, for fast arithmetic. The bits differ from machine to machine: makers are free in
-// how they estimate. The error does not:
+// 1/sqrt(x) from the machine's own estimate, for fast arithmetic. The bits differ from machine to machine, because makers are
+// free in how they estimate. The bound of the error does not:
 //
 //   y = (1 + delta) / sqrt(x)     e = 1 - x y^2     1/sqrt(x) = y (1 - e)^(-1/2) = y + y e (1/2 + 3/8 e + 5/16 e^2 + ...)
 //
-// |e| <= 2 |delta| + delta^2. One term is Newton's step. As many are taken as leave at most a tenth of a rounding u, which is
-// 2^-24 or 2^-53:
+// |e| <= 2 |delta| + delta^2. One term is Newton's step. As many terms are taken as leave at most a tenth of a rounding u,
+// which is 2^-24 or 2^-53:
 //
 //   | estimate          | delta     | e      | terms | left by the next term |
 //   | AVX-512, float32  | 2^-14     | 1.2e-4 | 1     | 0.09 u                |
@@ -13,9 +13,9 @@
 //   | neon64, float32   | 2^-8      | 7.8e-3 | 3     | 0.02 u                |
 //   | neon64, float64   | 2^-8      | 7.8e-3 | 7     | 0.03 u                |
 //
-// x y is rounded before x y^2 is taken from 1: that leaves up to u in e, half of it in the root. With the last rounding the
-// result is within 1.2 units in the last place; the bit trick's (network.hpp) is within 1.01.
-// AVX2 has no estimate in float64: fast arithmetic is there what contracted is.
+// x y is rounded before x y^2 is taken from 1, which leaves up to u in e, and half of it in the root. With the last rounding
+// the result is within 1.2 units in the last place; the bit trick's (network.hpp) is within 1.01. AVX2 has no estimate in
+// float64: fast arithmetic there is contracted arithmetic.
 #pragma once
 
 #include <array>
@@ -57,7 +57,7 @@ template <class V>
 #endif
 }
 
-// Anything where x is 0, infinite or not a number, as any root by steps from a guess.
+// The result is arbitrary if x is 0, infinite or NaN, as for any root by steps from a guess.
 template <class V>
 [[gnu::always_inline]] inline V inverse_root_by_estimate(V x) noexcept {
   using T = Scalar<V>;

@@ -1,4 +1,4 @@
-// Particles' numbers, as many as a register has lanes: compared, chosen, sorted.
+// Compares, chooses and sorts particles' numbers, as many as a register has lanes.
 #pragma once
 
 #include <array>
@@ -12,7 +12,7 @@
 namespace dvdx {
 namespace {
 
-// Whether each of as many numbers as a register has lanes, below 2^31, is higher: lane k as bit k.
+// Compares as many numbers as a register has lanes, all below 2^31. Bit k is set if number k is higher.
 template <class V>
 [[gnu::always_inline]] inline std::uint64_t bits_of_higher(const std::uint32_t* numbers, std::uint32_t than) noexcept {
   [[maybe_unused]] const auto bound = static_cast<std::int32_t>(than);
@@ -38,7 +38,7 @@ template <class V>
 }
 
 #if defined(__AVX2__) && !defined(__AVX512F__)
-// Where the lanes of each choice of 8 stand.
+// The lanes of each choice of 8, in ascending order.
 constexpr std::array<std::array<std::uint8_t, 8>, 256> chosen_of_8() noexcept {
   std::array<std::array<std::uint8_t, 8>, 256> all{};
   for (std::size_t bits = 0; bits < all.size(); ++bits) {
@@ -54,8 +54,8 @@ inline constexpr std::array<std::array<std::uint8_t, 8>, 256> places_of_chosen =
 
 template <class V>
 inline constexpr std::size_t most_chosen = V::size > 8 ? V::size : 8;
-// Writes those numbers whose bit is set, of as many as a register has lanes, beside each other, and up to most_chosen of any
-// kind in all. How many are set.
+// Writes the numbers whose bit is set side by side, from as many as a register has lanes. Writes up to most_chosen elements in
+// all, the rest of any value. Returns how many bits are set.
 template <class V>
 [[gnu::always_inline]] inline std::size_t store_chosen(std::uint32_t* to, const std::uint32_t* numbers,
                                                        std::uint64_t bits) noexcept {
@@ -88,12 +88,12 @@ template <class V>
   return static_cast<std::size_t>(std::popcount(bits));
 }
 
-// So many numbers are sorted at once, without a branch.
+// The count of numbers that are sorted at once, without a branch.
 template <class V>
 inline constexpr std::size_t sorted_at_once = sizeof(V) == 64 ? 16 : 8;
 
 #if defined(__AVX2__)
-// By six rounds of a lower and a higher one of two; the last lanes are the higher ones where a bit is set.
+// Sorts by six rounds of compare and exchange. The lanes whose bit is set get the higher of the two numbers.
 [[gnu::always_inline]] inline __m256i sorted_8(__m256i of) noexcept {
   const auto apart = [](__m256i a, __m256i b, auto higher) {
     return _mm256_blend_epi32(_mm256_min_epu32(a, b), _mm256_max_epu32(a, b), decltype(higher)::value);
@@ -136,7 +136,7 @@ inline constexpr std::size_t sorted_at_once = sizeof(V) == 64 ? 16 : 8;
 }
 #endif
 
-// Writes up to sorted_at_once numbers in ascending order, and what comes beyond them up to as many. As many are read.
+// Writes count <= sorted_at_once numbers in ascending order. Reads and writes at most sorted_at_once, the rest of any value.
 template <class V>
 [[gnu::always_inline]] inline void store_sorted(std::uint32_t* to, const std::uint32_t* numbers, std::size_t count) noexcept {
 #if defined(__AVX512F__)
@@ -151,7 +151,7 @@ template <class V>
   const __m256i of = _mm256_or_si256(_mm256_loadu_si256(reinterpret_cast<const __m256i_u*>(numbers)), is_beyond);
   _mm256_storeu_si256(reinterpret_cast<__m256i_u*>(to), sorted_8(of));
 #else
-  // The place of each is how many are lower.
+  // The place of a number is how many are lower.
   alignas(16) std::array<std::uint32_t, 8> of, place;
 #if defined(__SSE2__)
   const auto part = [&](int lane) {

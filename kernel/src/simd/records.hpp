@@ -1,4 +1,4 @@
-// Records: four numbers side by side, as many of them as a register has lanes, to lanes and back.
+// Records of four consecutive numbers, as many as a register has lanes: conversion to lanes and back.
 #pragma once
 
 #include <array>
@@ -10,18 +10,18 @@
 namespace dvdx {
 namespace {
 
-// Where nothing is optimised, g++'s gathers and shifts are macros, whose full masks it warns of.
+// Without optimisation, g++'s gathers and shifts are macros, and it warns of their full masks.
 #pragma GCC diagnostic push
 #pragma GCC diagnostic ignored "-Wsign-conversion"
 
-// As many records as a register has lanes, in four registers. Which register holds which of them is each instruction set's own:
-// wherever the transposes between records and lanes take least.
+// As many records as a register has lanes, in four registers. Each instruction set chooses which register holds which records,
+// so that the transposes between records and lanes take least.
 template <class V>
 struct Records {
   V at[4];
 };
 
-// In each 128 bits: the first, or the last, halves of a and b in turn. (xsimd 8.1's zips are these on x86, others beyond it.)
+// Interleaves the first, or the last, halves of a and b in each 128 bits. (xsimd's zips do this on x86 up to version 8.1.)
 template <class V>
 [[gnu::always_inline]] inline V unpack_low(V a, V b) noexcept {
 #if defined(__AVX512F__)
@@ -127,11 +127,11 @@ template <class V>
   }
 }
 
-// Whether a register holds every fourth of 16 records, or of 8 of them.
+// Whether a register holds every fourth of 16 or of 8 records.
 template <class V>
 inline constexpr bool holds_every_fourth = sizeof(Scalar<V>) == 4 && V::size >= 8;
 
-// The records of two ends: those of a register stand in turn from base + index[k] on, a first one, a second one, and so on.
+// The records of two ends. The records of register k alternate from base + index[k] on: a first one, a second one, and so on.
 template <class V>
 [[gnu::always_inline]] inline void load_in_turn(const Scalar<V>* base, const std::uint32_t* index,
                                                 [[maybe_unused]] Records<V>& firsts,
@@ -174,7 +174,7 @@ template <class V>
 #endif
   }
 }
-// The records of a register stand side by side from base + index[k] on.
+// The records of register k stand side by side from base + index[k] on.
 template <class V>
 [[gnu::always_inline]] inline Records<V> load_side_by_side(const Scalar<V>* base, const std::uint32_t* index) noexcept {
   return {{load_lanes<V>(base + index[0]), load_lanes<V>(base + index[1]), load_lanes<V>(base + index[2]),
@@ -226,7 +226,7 @@ template <class V>
              V(_mm512_permutex2var_pd(xy, last, zw)), V(_mm512_permutex2var_pd(xy2, last, zw2))}};
   }
 #endif
-  const auto [a, b, c, d] = columns_of(Records<V>{{x, y, z, w}});  // four by four, its own inverse
+  const auto [a, b, c, d] = columns_of(Records<V>{{x, y, z, w}});  // a 4 x 4 transpose is its own inverse
   return {{a, b, c, d}};
 }
 // Each lane four times, in its record's place.

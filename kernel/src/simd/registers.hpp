@@ -20,7 +20,7 @@ using Scalar = typename V::value_type;
 template <class V>
 using Mask = typename V::batch_bool_type;
 
-// Names that xsimd does not have: its own load and store, which ask for alignment, would be found by their arguments first.
+// Names that xsimd does not have: its own load and store, which require alignment, would be found first through the arguments.
 template <class V>
 V load_lanes(const Scalar<V>* p) noexcept {
   return V::load_unaligned(p);
@@ -30,25 +30,25 @@ void store_lanes(Scalar<V>* p, V value) noexcept {
   value.store_unaligned(p);
 }
 
-// The lanes of a register that is in memory: registers' types may alias what they hold.
+// The lanes of a register in memory. The types of registers may alias what they hold.
 template <class V>
 const Scalar<V>* lanes_at(const V& value) noexcept {
   static_assert(sizeof(V) == V::size * sizeof(Scalar<V>));
   return reinterpret_cast<const Scalar<V>*>(&value);
 }
 
-// -x to the last bit, of 0 too: for AVX-512 xsimd's own is 0 - x, which makes +0 of both.
+// -x to the last bit, for 0 too. For AVX-512 xsimd's own is 0 - x, which is +0 for both zeros.
 template <class V>
 V negative(V x) noexcept {
   return V(Scalar<V>(-0.0)) - x;
 }
 
-// Compare and select alone, never an instruction's own minimum: what those do with NaN differs from ISA to ISA.
+// Only compare and select, never a minimum instruction: its result for NaN differs from ISA to ISA.
 template <class V>
 V select(Mask<V> where, V a, V b) noexcept {
   return xsimd::select(where, a, b);
 }
-// As the scalar !=, which holds where either is NaN: what xsimd's says of that differs from ISA to ISA.
+// As the scalar !=, which holds if either is NaN. xsimd's result for NaN differs from ISA to ISA.
 template <class V>
 Mask<V> differ(V a, V b) noexcept {
   return ~(a == b);
@@ -84,7 +84,7 @@ std::uint64_t bits_of(Mask<V> mask) noexcept {
 #endif
 }
 
-// Where the whole of an AVX-512 register is asked for, g++ 12 warns of the unmasked intrinsic's undefined source.
+// Whole AVX-512 registers take a masked intrinsic: g++ 12 warns of the undefined source of the unmasked one.
 template <class V>
 V square_root(V value) noexcept {
 #if defined(__AVX512F__)
@@ -105,8 +105,8 @@ V square_root(V value) noexcept {
   return xsimd::sqrt(value);
 #endif
 }
-// xsimd 8.1's float root and quotient on neon64 are estimates, a few units in the last place away; the instructions are exact.
-// In passes of either precision, divide by this; float64 has no such trap.
+// xsimd 8.1's float root and quotient on neon64 are estimates, a few units in the last place off; the instructions are exact.
+// Passes of either precision divide by this function. In float64 alone it is not needed.
 template <class V>
 V quotient(V a, V b) noexcept {
 #if defined(__aarch64__)
@@ -124,8 +124,8 @@ V magnitude(V value) noexcept {
   return select<V>(value < V(Scalar<V>(0)), -value, value);
 }
 
-// For bounds that say which surfaces are looked at, never for a number that a state depends on: the instructions' own, half as
-// many as a compare and a select. Where x is NaN the bound stays what it was.
+// For bounds that decide which surfaces are looked at, never for a number that a state depends on. The minimum instruction
+// takes half as many instructions as compare and select. If x is NaN, the bound stays what it was.
 template <class V>
 V low_bound(V bound, V x) noexcept {
 #if defined(__AVX512F__)
@@ -167,8 +167,8 @@ V high_bound(V bound, V x) noexcept {
 #endif
 }
 
-// xsimd 8.1's fma on AVX-512 is a multiply and an add, and its -a is 0 - a, which loses the sign of a zero; these are fused on
-// every ISA that has the instruction: a b + c and -a b + c.
+// a b + c and -a b + c, fused on every ISA that has the instruction. xsimd 8.1's fma on AVX-512 is a multiply and an add, and
+// its -a is 0 - a, which loses the sign of a zero.
 template <class V>
 V fused_multiply_add(V a, V b, V c) noexcept {
 #if defined(__AVX512F__)
@@ -205,7 +205,7 @@ V fused_negative_multiply_add(V a, V b, V c) noexcept {
 #endif
 }
 
-// a b where `where` holds, else 0: whatever a and b are there. AVX-512 does both at once.
+// a b if `where` holds, otherwise 0, whatever a and b are. AVX-512 does both at once.
 template <class V>
 V product_where(Mask<V> where, V a, V b) noexcept {
 #if defined(__AVX512F__)
@@ -218,7 +218,7 @@ V product_where(Mask<V> where, V a, V b) noexcept {
   return select<V>(where, a * b, V(Scalar<V>(0)));
 }
 
-// c + a b and c - a b where `where` holds, else c: whatever a and b are there. Fast arithmetic rounds once.
+// c + a b and c - a b if `where` holds, otherwise c, whatever a and b are. Fast arithmetic rounds once.
 template <Arithmetic arithmetic, class V>
 V add_product_where(Mask<V> where, V c, V a, V b) noexcept {
   if constexpr (arithmetic != Arithmetic::fast) {
@@ -255,7 +255,7 @@ V magic_guess(V x, Bits magic) noexcept {
   return xsimd::bitwise_cast<V>(B(magic) - (xsimd::bitwise_cast<B>(x) >> 1));
 }
 
-// Where nothing is optimised, g++'s gathers and shifts are macros, whose full masks it warns of.
+// Without optimisation, g++'s gathers and shifts are macros, and it warns of their full masks.
 #pragma GCC diagnostic push
 #pragma GCC diagnostic ignored "-Wsign-conversion"
 
@@ -291,7 +291,7 @@ void scatter_lanes(Scalar<V>* base, const std::int32_t* index, V value) noexcept
   for (std::size_t k = 0; k < V::size; ++k) base[index[k]] = lanes[k];
 }
 
-// The lanes of a register moved up by `by` = 1 or 2, the last ones of the register before it moving in.
+// The lanes of a register moved up by `by` = 1 or 2. The last lanes of the register before it move in.
 template <int by, class V>
 V moved_up(V before, V now) noexcept {
 #if defined(__AVX512F__)
@@ -347,7 +347,7 @@ Mask<V> first_lanes(std::size_t n) noexcept {
   return load_lanes<V>(numbers.data()) < V(static_cast<Scalar<V>>(n));
 }
 
-// The first n lanes, 0 < n < V::size. Memory beyond them stays as the last store before this one left it.
+// Stores the first n lanes, 0 < n < V::size. Memory beyond them keeps its values, but may be read and written.
 template <class V>
 void store_first_lanes(Scalar<V>* p, std::size_t n, V value) noexcept {
 #if defined(__AVX512F__)
@@ -402,7 +402,7 @@ template <class V>
 #endif
 }
 
-// a0 b0 a1 b1 ..., the first half and the second: what deinterleaved() makes a and b of.
+// a0 b0 a1 b1 ..., the first half and the second: the inverse of deinterleaved().
 template <class V>
 [[gnu::always_inline]] inline Halves<V> interleaved(V a, V b) noexcept {
 #if defined(__AVX512F__)
@@ -438,7 +438,7 @@ template <class V>
 #endif
 }
 
-// a b + c and c - a b: one rounding or two, as the plan was asked for. Fast arithmetic fuses as contracted does.
+// a b + c and c - a b, with one rounding or two, as the plan was asked for. Fast arithmetic fuses as contracted does.
 template <Arithmetic arithmetic, class V>
 V multiply_add(V a, V b, V c) noexcept {
   if constexpr (arithmetic != Arithmetic::separate) {

@@ -1,4 +1,4 @@
-// Three registers, one for each axis, and what passes that couple the axes do with them.
+// Three registers, one for each axis, and the operations of passes that couple the axes.
 #pragma once
 
 #include <array>

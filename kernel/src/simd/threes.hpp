@@ -1,4 +1,4 @@
-// Threes: three numbers side by side, at any stride, to records and back.
+// Threes of consecutive numbers, at any stride: conversion to records and back.
 #pragma once
 
 #include <cstddef>
@@ -9,7 +9,7 @@
 namespace dvdx {
 namespace {
 
-// Where nothing is optimised, g++'s gathers and shifts are macros, whose full masks it warns of.
+// Without optimisation, g++'s gathers and shifts are macros, and it warns of their full masks.
 #pragma GCC diagnostic push
 #pragma GCC diagnostic ignored "-Wsign-conversion"
 
@@ -56,7 +56,7 @@ template <class T>
   return reinterpret_cast<T*>(reinterpret_cast<Byte*>(p) + static_cast<std::ptrdiff_t>(k) * stride);
 }
 
-// As many records as a register has lanes, of the threes at p, p + stride, and so on, where gather_records has them.
+// As many records as a register has lanes, from the threes at p, p + stride, and so on, placed as by gather_records.
 template <class V>
 [[gnu::always_inline]] inline Records<V> load_threes(const Scalar<V>* p, std::ptrdiff_t stride) noexcept {
   [[maybe_unused]] const auto three = [&](auto k) { return load_three(strided(p, stride, k)); };
@@ -127,7 +127,7 @@ template <class V>
 #endif
 }
 
-// Registers of 16 float hold what 8 lanes leave in two: the threes at p and 16 bytes behind it twice, and a row of two tiles.
+// Whether a register takes what needs two of 8 floats: two particles' threes at p and 16 bytes behind, or a row of two tiles.
 template <class V>
 inline constexpr bool holds_pairs = sizeof(V) == 64 && sizeof(Scalar<V>) == 4;
 

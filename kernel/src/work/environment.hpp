@@ -17,7 +17,7 @@ class StepEnvironment {
 
  private:
   std::uint64_t saved_ = 0;
-  [[maybe_unused]] std::uint64_t saved_flags_ = 0;  // where they have a register of their own
+  [[maybe_unused]] std::uint64_t saved_flags_ = 0;  // if they have a register of their own
 };
 
 }  // namespace dvdx

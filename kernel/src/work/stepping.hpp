@@ -5,7 +5,7 @@
 
 namespace dvdx {
 
-// Takes the flag for its lifetime; false where another thread has it.
+// Takes the flag for its lifetime. Converts to false if another thread has it.
 class Stepping {
  public:
   explicit Stepping(std::atomic_flag& flag) noexcept : flag_(flag), is_mine_(!flag.test_and_set(std::memory_order_acquire)) {}

@@ -8,10 +8,9 @@
 namespace dvdx {
 
 // Calls body(stage, from, to) so that each chunk passes through the stages 0, 1, ... in turn. Stage j of chunk c comes after
-// stage j - 1 of c - 1, c and c + 1, and before stage j + 1 of any of them: a stage may read its neighbours as the stage before
-// left them, if it and the stage after do not both write what a neighbour reads. First each block goes through all stages, at
-// each stage one chunk less on each side; then the gaps between blocks are filled, which widen by as much:
-//
+// stage j - 1 of c - 1, c and c + 1, and before stage j + 1 of any of them. A stage may therefore read its neighbours as the
+// stage before left them, unless it and the stage after both write what a neighbour reads. First each block goes through all
+// stages, at each stage one chunk less on each side. Then the gaps between blocks are filled, which widen by as much:
 //   stage 2        ^^    gaps    ^^
 //   stage 1   ....^^^^  ......  ^^^^....
 //   stage 0   ..........|..........|....

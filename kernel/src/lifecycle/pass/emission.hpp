@@ -12,7 +12,7 @@ namespace dvdx {
 enum class EmissionShape { point, disc, box };
 enum class EmissionSpread { none, ball, box };
 
-// An emitter, made ready.
+// A compiled emitter.
 struct EmissionTerms {
   EmissionShape shape = EmissionShape::point;
   EmissionSpread spread = EmissionSpread::none;

@@ -14,7 +14,7 @@ namespace {
 template <class V>
 using Words = xsimd::batch<std::uint64_t, typename V::arch_type>;
 
-// The product of the lower 32 bits of each lane with `factor`, of which no bit is lost.
+// The full product of each lane's lower 32 bits with `factor`.
 template <class W>
 W times(W lanes, std::uint32_t factor) noexcept {
 #if defined(__AVX512F__)
@@ -28,14 +28,14 @@ W times(W lanes, std::uint32_t factor) noexcept {
 #endif
 }
 
-// A whole number below 2^52 as a double: it is the mantissa of 2^52 and itself.
+// A whole number below 2^52 as a double: it is the mantissa of 2^52 plus itself.
 template <class V>
 V whole(Words<V> number) noexcept {
   return xsimd::bitwise_cast<V>(number | Words<V>(std::uint64_t{0x4330000000000000})) - V(0x1p52);
 }
 
-// Four numbers in [0, 1) of the lanes' births: Philox as in dvdx/counter_random.hpp, a counter a lane, each word in the lower
-// half of its lane; what is in the upper halves reaches no product.
+// Four numbers in [0, 1) of the lanes' births, by Philox as in dvdx/counter_random.hpp. Each lane has a counter, and each word
+// is in the lower half of its lane. The upper halves reach no product.
 template <class V>
 std::array<V, 4> draw(std::uint64_t seed, Words<V> birth, std::uint32_t group) noexcept {
   using W = Words<V>;
@@ -55,7 +55,7 @@ std::array<V, 4> draw(std::uint64_t seed, Words<V> birth, std::uint32_t group) n
   return {unit(c0), unit(c1), unit(c2), unit(c3)};
 }
 
-// 0, 1, ... in memory: put together for each register, lane by lane, they were a quarter of its time.
+// 0, 1, ... in memory. Put together lane by lane for each register, they took a quarter of its time.
 template <class T>
 inline constexpr std::array<T, 8> lane_numbers = {0, 1, 2, 3, 4, 5, 6, 7};
 

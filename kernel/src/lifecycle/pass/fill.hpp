@@ -1,13 +1,13 @@
 // Removal without order: which survivors move where. Nothing is computed, so that every instruction set has the same bits.
 //
-// The rule, of `count` places of which some are holes: births go into the first holes, as long as there are any of both. The
-// survivors are then `kept`; those behind the new end move into the holes before it, both in ascending order. Everything else
-// stays where it is. There are as many of the one as of the other: of the first `kept` places some, h, are holes, so kept - h
-// survivors stand there, and h stand behind.
+// The rule for `count` places, some of which are holes: births go into the first holes, until births or holes run out. `kept`
+// places are then to be taken. The survivors behind that new end move into the holes before it, both in ascending order.
+// Everything else stays where it is. The numbers match: if h of the first `kept` places are holes, kept - h survivors stand
+// there, and h stand behind.
 //
-// It is applied twice: to each run of fill_run places by itself, with its share of the births, while the run is in cache, and
-// then to all places with the births that are left, of which places by then the ends of the runs are free. So few moves leave
-// the cache, and runs can be filled at once.
+// It is applied twice. First to each run of fill_run places by itself, with its share of the births, while the run is in
+// cache. Then to all places, with the births that are left; by then only the ends of the runs are free. So few moves leave the
+// cache, and runs can be filled at once.
 #pragma once
 
 #include <algorithm>
@@ -21,14 +21,14 @@ namespace dvdx {
 
 inline constexpr std::size_t fill_run = 16384;  // places
 
-// Moves within one run: of its holes from some n on, to[n + k] takes what stands at from[k].
+// Moves within one run: from some n on, hole to[n + k] takes the element at from[k].
 struct Fill {
   std::array<std::uint16_t, fill_run> to;        // left uninitialised
   std::array<std::uint16_t, fill_run / 2> from;  // likewise
   std::size_t count = 0;
 };
 
-// The places from `at` to `end` whose bit is set in `words`, each of them flipped where `flip` says so, in ascending order.
+// Lists the places from `at` to `end` whose bit is set in `words`, each word flipped by `flip`. They ascend. Returns how many.
 inline std::size_t list_places(const std::uint64_t* words, std::uint64_t flip, std::size_t at, std::size_t end,
                                std::uint16_t* places) noexcept {
   std::size_t n = 0;
@@ -43,20 +43,19 @@ inline std::size_t list_places(const std::uint64_t* words, std::uint64_t flip, s
   return n;
 }
 
-// The holes of the first `count` places of a run; how many they are. `removed` is a bit a place, 64 of them a word, the first
-// the lowest.
+// Finds the holes among the first `count` places of a run. Returns how many. removed: a bit for each place, the lowest first.
 inline std::size_t find_holes(const std::uint64_t* removed, std::size_t count, Fill& fill) noexcept {
   return list_places(removed, 0, 0, count, fill.to.data());
 }
 
-// Finds the survivors behind the first `kept` places. No birth is among them: behind a birth there are only holes that have
-// none, and as many as places behind `kept`.
+// Finds the survivors behind the first `kept` places. No birth stands there: the holes without a birth are behind all births,
+// and are as many as the places behind `kept`.
 inline void find_fill(const std::uint64_t* removed, std::size_t count, std::size_t kept, Fill& fill) noexcept {
   fill.count = list_places(removed, ~std::uint64_t{0}, kept, count, fill.from.data());
 }
 
-// The same over all `count` places once the runs are filled, of which the first kept[run] places of each hold survivors:
-// move(from, to, n) moves n that stand side by side. Returns how many survivors there are.
+// Applies the rule to all `count` places once the runs are filled: the first kept[run] places of each run are taken. Calls
+// move(from, to, n) to move n consecutive elements. Returns how many places are taken.
 template <class Move>
 std::size_t for_each_run_fill(std::span<const std::size_t> kept, std::size_t count, Move&& move) noexcept {
   std::size_t end = 0;

@@ -1,4 +1,4 @@
-// The removal pass over registers. All it computes are ages and comparisons; what stays is moved, so that every instruction set
+// The removal pass over registers. It computes only ages and comparisons, and moves survivors, so that every instruction set
 // has the same bits.
 #pragma once
 
@@ -14,7 +14,7 @@
 namespace dvdx {
 namespace {
 
-// The lanes at p + i, all of them or the first few; the others then hold copies of the first.
+// Loads and stores the lanes at p + i: all of them, or the first few. The others then hold copies of the first.
 template <class V>
 struct Whole {
   std::size_t i;
@@ -37,7 +37,7 @@ struct Part {
   }
 };
 
-// The same lanes of the particles from `by` on.
+// The same lanes, `by` particles further on.
 template <class V>
 Whole<V> moved(Whole<V> load, std::size_t by) noexcept {
   return {load.i + by};
@@ -49,7 +49,7 @@ Part<V> moved(Part<V> load, std::size_t by) noexcept {
 
 constexpr std::uint64_t low_bits(std::size_t count) noexcept { return (std::uint64_t{1} << count) - 1; }
 
-// test(load) for every register of `count` lanes: its mask's bits go to take(i, bits). A register's bits lie in one word.
+// Calls take(i, bits) with the mask's bits of test(load), for every register of `count` lanes. They lie in one word.
 template <class V, class Test, class Take>
 [[gnu::always_inline]] inline void for_each_register(std::size_t count, const Test& test, const Take& take) noexcept {
   std::size_t i = 0;
@@ -105,7 +105,7 @@ std::size_t count_aged(const Scalar<V>* age, const Scalar<V>* lifetime, std::siz
   return aged;
 }
 
-// x - x is 0 where x is finite, else not a number.
+// x - x is 0 if x is finite, otherwise NaN.
 template <class V>
 Mask<V> is_not_finite(V x) noexcept {
   return differ(x - x, V(Scalar<V>(0)));
@@ -157,7 +157,7 @@ class Packing {
 #elif defined(__AVX2__)
 inline constexpr std::size_t compact_bytes = 32;
 
-// For each set of elements, which 4-byte words of a register go to its front.
+// For each set of kept elements, the 4-byte words of a register that go to its front.
 template <std::size_t bytes>
 constexpr auto make_packings() noexcept {
   constexpr std::size_t elements = compact_bytes / bytes, words = bytes / 4;
@@ -188,7 +188,7 @@ class Packing {
   __m256i from_;
 };
 #else
-// No instruction moves by a mask: one element after another, without a branch. Where one is removed, the next takes its place.
+// No instruction moves by a mask: elements move one after another, without a branch. A removed one is overwritten by the next.
 inline constexpr std::size_t compact_bytes = 0;
 template <std::size_t bytes>
 class Packing;
@@ -201,7 +201,7 @@ template <std::size_t bytes>
   std::memcpy(out, element.data(), bytes);
 }
 
-// The columns of one call and how far they are.
+// The columns of one call, and how many elements they keep so far.
 template <std::size_t bytes>
 struct Compaction {
   const std::byte* const* in;
@@ -209,8 +209,8 @@ struct Compaction {
   std::size_t columns;
   std::size_t kept = 0;
 
-  // A register is stored whole behind what is kept so far: that is at most as far as what has been loaded, so that in place,
-  // or from above, it overwrites nothing that is still to be read. `all` is `columns`, known to the compiler where it can be.
+  // Stores registers whole behind the elements kept so far. That is never beyond what has been loaded, so that in place, or
+  // from above, nothing still to be read is overwritten. all: `columns`, as a constant if possible.
   template <class Columns>
   [[gnu::always_inline]] void some(std::size_t i, std::uint64_t keep, std::size_t count, Columns all) noexcept {
     std::size_t k = 0;
@@ -239,7 +239,7 @@ struct Compaction {
   }
 
  private:
-  // As std::memmove, where `to` is not above `from`. It moves a word of marks at most, too short for a call to pay.
+  // As std::memmove, for `to` not above `from`. It moves at most 64 elements, too few for a call to pay.
   static void move_down(const std::byte* from, std::byte* to, std::size_t count) noexcept {
     if (from == to) return;
     std::size_t k = 0;

@@ -35,7 +35,7 @@ std::size_t count_aged(const T* age, const T* lifetime, std::size_t count, T h, 
   return aged;
 }
 
-// x - x is 0 where x is finite, else not a number.
+// x - x is 0 if x is finite, otherwise NaN.
 template <class T>
 bool is_finite(T x) noexcept {
   return x - x == T(0);
