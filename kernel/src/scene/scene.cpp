@@ -1,4 +1,4 @@
-// Additions to a scene, and where they then stand.
+// Additions to a scene; each returns the index of the new element.
 #include "dvdx/scene.hpp"
 
 #include <cstddef>
