@@ -12,8 +12,7 @@
 
 namespace dvdx {
 
-// Restores the default floating-point environment while it lives: code that makes a plan flushes denormals to 0, as a step
-// does, and would write them as 0.
+// Restores the default floating-point environment: code that makes a plan flushes denormals, and would write them as 0.
 class AsTheyAre {
  public:
   AsTheyAre() noexcept {
