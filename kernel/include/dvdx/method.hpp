@@ -11,7 +11,7 @@ enum class Method {
   symplectic_euler,      // dv = a(t) h,    dx = dv h
 };
 
-enum class Expansion {  // of the drag's exponential
+enum class Expansion {  // the drag's exponential
   exact,                // 1 - exp(-c h/m)
   first_order,  // c h/m: Brown's shortcut; first order in time and unstable for c h/m > 2. Never part of a combined system.
 };
@@ -29,6 +29,6 @@ enum class Response {  // change of the position by an impact at the fraction f 
   seed [[deprecated("Response::end_on_surface")]] = end_on_surface,
 };
 
-enum class Side { outside, inside };  // of a sphere: where particles may be
+enum class Side { outside, inside };  // of a sphere or box: where particles may be
 
 }  // namespace dvdx

@@ -26,8 +26,8 @@ using Triangle = std::array<std::uint32_t, 3>;
 // a third of it on each corner. A triangle with a torn side (`broken`) meets no air.
 struct Aerodynamics {
   double density = 1.2;  // kg/m^3, >= 0
-  double drag = 1;       // >= 0
-  double lift = 0.5;     // >= 0
+  double drag = 1;       // 0..1e6
+  double lift = 0.5;     // 0..1e6
   bool operator==(const Aerodynamics&) const = default;
 };
 

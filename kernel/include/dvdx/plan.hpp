@@ -380,11 +380,11 @@ class DVDX_EXPORT Plan {
   Parts* parts_;  // owned; <memory> would cost each file that includes this a tenth of a second
 };
 
-// A plan for a scene in which all particles are alike (no values each, no anchors at the start).
+// Compiles a scene in which all particles are alike: no values each, no anchors at the start.
 template <class T>
 [[nodiscard]] DVDX_EXPORT Expected<Plan<T>> compile(const Scene& scene, const Options& options);
 
-// A plan for the particles of a state: its count, and its positions where anchors stand at the start.
+// Compiles a scene for the particles of a state. Takes their count, and their positions for anchors and lengths at the start.
 template <class T>
 [[nodiscard]] DVDX_EXPORT Expected<Plan<T>> compile(const Scene& scene, const Options& options, const State<T>& start);
 

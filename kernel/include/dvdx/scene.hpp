@@ -283,7 +283,7 @@ struct Scene {
   std::vector<Force> forces;
   std::vector<Contact> contacts;
   std::vector<Network> networks;
-  Coupling coupling;  // of all networks
+  Coupling coupling;  // for all networks and constraints
   std::vector<Constraint> constraints;
   std::vector<std::size_t> fixed;  // particles that never move, ascending
   // Positions of a state are measured from here. Places in the scene itself (anchors, surfaces, points, lines) are in world

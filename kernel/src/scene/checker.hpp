@@ -76,7 +76,7 @@ class Checker {
   void value(const std::string& field, E chosen, const Range& /*range*/) {
     choice(field, chosen, static_cast<E>(words<E>.size() - 1));
   }
-  void value(const std::string& /*field*/, std::size_t /*index*/, const Range& /*range*/) {}  // checked beside its list
+  void value(const std::string& /*field*/, std::size_t /*index*/, const Range& /*range*/) {}  // checked with its list
   void value(const std::string& field, int whole, const Range& range) {
     if (!range.holds(whole)) fail(field, std::to_string(whole), std::string(range.text));
   }

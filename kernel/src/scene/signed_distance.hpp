@@ -44,7 +44,7 @@ class SignedDistance {
   [[nodiscard]] double at(const Vec3& x, std::uint32_t& nearest) const;
 
  private:
-  struct Node {  // of the tree
+  struct Node {  // a node of the tree
     Vec3 low, high;
     std::uint32_t first, count;  // a leaf's triangles; otherwise the second child and 0
   };

@@ -14,7 +14,8 @@ extern "C" {
 
 // ---- Errors ------------------------------------------------------------------------------------------------------------
 
-// The result of a call. A call that does not return DVDX_DONE changes nothing: scenes, plans and particles are as they were.
+// The result of a call. Unless its comment says otherwise, a call that does not return DVDX_DONE changes no scene, plan or
+// particle.
 typedef enum dvdx_status {
   DVDX_DONE = 0,
   DVDX_INVALID,              // a value is out of its range; the error names the field, the value and the range

@@ -19,8 +19,8 @@ typedef struct dvdx_emitter {
   dvdx_emit shape;
   double at[3];              // m: the point, the disc's centre, or the box's least corner
   double most[3];            // m: the box's other corner, >= at
-  double normal[3];          // of the disc, not zero
-  double radius;             // m >= 0, of the disc
+  double normal[3];          // the disc's, not zero
+  double radius;             // m >= 0, the disc's
   double rate;               // particles/s >= 0
   double start;              // s: scene time at which it begins to work
   double duration;           // s > 0, the time that it works; 0: for ever
@@ -70,7 +70,7 @@ typedef struct dvdx_live {
   dvdx_state state;
   dvdx_column age;                  // s since birth; base null: not kept
   dvdx_column lifetime;             // s; base null: none dies of age. Needs age
-  const dvdx_carried* carried;      // null where carried_count is 0
+  const dvdx_carried* carried;      // null if carried_count is 0
   size_t carried_count;             // at most 32
   uint64_t born, removed, dropped;  // so far; dropped: births without room
 } dvdx_live;

@@ -188,8 +188,8 @@ DVDX_EXPORT dvdx_status dvdx_plan_restore_in(const dvdx_plan* plan, dvdx_workspa
 // "Be there at the end of the next step". The followers of a motion, or the particles of a kinematic group, go there on a
 // straight line (a pose also turns evenly, the short way round). In every sub-step they are on it and have its velocity. After
 // the step they rest until the next target. The motion's keys no longer count. Nothing is compiled; set_places takes memory at
-// its first call. Not while another thread steps with this plan. translation: three numbers, m; rotation: a rotation vector,
-// rad, or null: not turned.
+// its first call. Not while another thread steps with this plan.
+// translation: three numbers, m; rotation: a rotation vector, rad, or null: not turned.
 DVDX_EXPORT dvdx_status dvdx_plan_set_pose(dvdx_plan* plan, size_t motion, const double* translation, const double* rotation,
                                            dvdx_error* error);
 // places: three numbers for each of the group's particles, m, in the world.
