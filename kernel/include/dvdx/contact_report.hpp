@@ -44,7 +44,7 @@ class DVDX_EXPORT ContactReport {
   ~ContactReport();
 
   [[nodiscard]] std::size_t contacts() const noexcept;
-  [[nodiscard]] ContactSum of(std::size_t contact) const noexcept;
+  [[nodiscard]] ContactSum of(std::size_t contact) const noexcept;  // all 0 for an index out of range
   // In the order of step, particle, time.
   [[nodiscard]] std::span<const ContactEvent> events() const noexcept;
   [[nodiscard]] std::uint64_t lost() const noexcept;  // events without room; which of a call's events are kept is unspecified

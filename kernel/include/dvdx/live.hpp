@@ -27,8 +27,8 @@ struct Carried {
   AtBirth at_birth = AtBirth::zeros;
 };
 
-// The live particles are the first state.count. Every column must have room for the turnover's capacity. The struct holds
-// pointers and counts alone: copying it copies no particle.
+// The live particles are the first state.count. Every column must have room for the turnover's capacity. The struct is a view
+// with counts: copying it copies no particle.
 template <class T>
 struct LiveState {
   State<T> state;
@@ -153,8 +153,8 @@ class DVDX_EXPORT LifecyclePlan {
   [[nodiscard]] Expected<void> teleport(LiveState<T>& live, const Pose& by) const;
   [[nodiscard]] Expected<void> teleport(LiveState<T>& live, LiveWorkspace<T>& workspace, const Pose& by) const;
 
-  // Returns all data besides the state that the next step of particles that meet depends on, with the targets of motions. Empty
-  // if none meet.
+  // For particles that meet: returns all data besides the state that the next step depends on, and the targets of motions.
+  // Empty if none meet.
   [[nodiscard]] std::vector<double> carried(const LiveState<T>& live) const;
   [[nodiscard]] Expected<void> restore(std::span<const double> carried, const LiveState<T>& live);
   // As Plan's.

@@ -15,7 +15,7 @@
 
 namespace dvdx {
 
-// The particles that a part sends to another and receives from it: indices into Part::particles, in the order of the numbers.
+// The particles that a part sends to another and receives from it: indices into Part::particles, in the whole's order.
 struct Neighbour {
   std::uint32_t part = 0;
   std::vector<std::uint32_t> sent, received;

@@ -26,8 +26,8 @@ double area(const std::array<Vec3, 4>& x, std::size_t corner) {
   return length(cross(difference(x[1], x[0]), difference(x[corner], x[0]))) / 2;
 }
 
-// Returns c for an edge x0 x1 between the triangles with x2 and with x3. The edges are e0 = x1 - x0, e1 = x2 - x0, e2 = x3 -
-// x0, e3 = x2 - x1, e4 = x3 - x1, and c_jk is the cotangent between e_j and e_k:
+// Returns c for an edge x0 x1 between the triangles with x2 and with x3. With the edges e0 = x1 - x0, e1 = x2 - x0,
+// e2 = x3 - x0, e3 = x2 - x1, e4 = x3 - x1 and the cotangent c_jk between e_j and e_k:
 //   w = sum c_i x_i,   c = (c_03 + c_04, c_01 + c_02, -c_01 - c_03, -c_02 - c_04)
 // For a height over the flat sheet, w is the jump of its gradient across the edge, times the edge's length. The energy is
 // E = D/2 w^2/(A_2 + A_3). The source has three times that; by it a sheet of equilateral triangles has three times a plate's

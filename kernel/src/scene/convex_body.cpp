@@ -8,7 +8,7 @@
 namespace dvdx {
 namespace {
 
-// Normals that differ by less count as parallel, and points within this part of the body's coordinates lie on a plane.
+// Normals that differ by less count as parallel, and points count as on a plane within this part of the body's coordinates.
 constexpr double tolerance = 1e-9;
 
 }  // namespace
@@ -48,7 +48,7 @@ bool ConvexBody::is_bounded() const {
   return has_edge;
 }
 
-// Corners are the intersections of three planes that lie behind all others.
+// Returns the intersections of three planes that lie behind all other planes.
 std::vector<Vec3> ConvexBody::corners() const {
   std::vector<Vec3> found;
   double size = 0;

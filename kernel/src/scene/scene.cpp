@@ -1,4 +1,4 @@
-// Additions to a scene; each returns the index of the new element.
+// Additions to a scene, which return indices.
 #include "dvdx/scene.hpp"
 
 #include <cstddef>

@@ -18,7 +18,7 @@ struct Clock {
   [[nodiscard]] bool is_finite() const noexcept;  // neither part is infinite or NaN
 };
 
-// Six columns (m and m/s) of one scalar type. A State holds pointers alone: copying it copies no particle.
+// Six columns (m and m/s) of one scalar type. A State is a view: copying it copies no particle.
 template <class T>
 struct State {
   std::array<Column<T>, 3> x;  // position, m, from the scene's origin
