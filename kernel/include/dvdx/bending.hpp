@@ -1,4 +1,4 @@
-// Bend of a mesh of triangles by the angles across its edges.
+// Bending resistance of a triangle mesh by the angles across its edges.
 #pragma once
 
 #include <span>
@@ -9,16 +9,16 @@
 
 namespace dvdx {
 
-// Makes a sheet of these triangles resist bending, by springs of no rest length (Springs::zero_length) between the four corners
-// of each two triangles that share an edge: on `pairs` where there is one, else on a pair that is added. A network whose edges
-// are pairs gains one spring for each inner edge, between the corners across it. A sheet that is flat, however it is stretched
-// or turned within its plane, bears no force of it.
-//   flat     m: the place of each particle where the sheet is not bent. Where it is not flat there either, it flattens.
-//   modulus  N m >= 0: bending stiffness D, of which a sheet that is rolled to a radius R has the energy D/(2 R^2) an area.
-//            So it is with triangles of equal sides, whichever way they are rolled; of right-angled ones that are cut all one
-//            way with one time to three times D (docs/scene.md).
-// Triangles of no area, and such as name a particle that has no place, make zero_length that are not finite: compile() refuses
-// them. While a plan runs Plan::set_bending() changes it.
+// Makes a sheet of these triangles resist bending, by springs of rest length 0 (Springs::zero_length) between the four corners
+// of each two triangles that share an edge. A spring goes onto an existing entry of `pairs`, or onto a new one. A network whose
+// edges are pairs gains one pair for each inner edge, between the corners across it. A flat sheet bears no bending force,
+// however it is stretched or turned within its plane.
+//   flat     m: the place of each particle in the unbent sheet. A sheet whose `flat` is not flat flattens.
+//   modulus  N m >= 0: bending stiffness D. A sheet rolled to a radius R has the energy D/(2 R^2) per area. This holds for
+//            equilateral triangles, whichever way they are rolled; right-angled ones that are all cut the same way have one to
+//            three times D (docs/scene.md).
+// Triangles without area, or with a particle that `flat` lacks, make zero_length not finite: compile() refuses it.
+// Plan::set_bending() changes the bending while a plan runs.
 // Source: M. Bergou, M. Wardetzky, D. Harmon, D. Zorin and E. Grinspun, A quadratic bending model for inextensible surfaces,
 // 2006.
 DVDX_EXPORT void add_bending(Springs& springs, std::span<const Triangle> triangles, std::span<const Vec3> flat, double modulus);

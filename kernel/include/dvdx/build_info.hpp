@@ -1,4 +1,4 @@
-// Describes the library that a program runs with, which may be another one than its headers were.
+// Describes the library that a program runs with. It may differ from the one whose headers the program was compiled with.
 #pragma once
 
 #include <string>
@@ -15,16 +15,16 @@ struct BuildInfo {
   std::string_view version;                            // "0.1.0"
   int abi_version = 0;                                 // DVDX_ABI_VERSION of the library
   std::string_view compiler;                           // "GNU 12.2.0, Release"
-  std::vector<Isa> separate;                           // instruction sets in this binary that multiply, then add
-  std::vector<Isa> contracted;                         // that fuse both
-  std::vector<Isa> fast;                               // and that estimate roots
+  std::vector<Isa> separate;                           // instruction sets in this binary for Arithmetic::separate
+  std::vector<Isa> contracted;                         // likewise for Arithmetic::contracted
+  std::vector<Isa> fast;                               // likewise for Arithmetic::fast
   [[nodiscard]] DVDX_EXPORT std::string text() const;  // all of it in one line
 };
 
 [[nodiscard]] DVDX_EXPORT BuildInfo build_info();
 
-// Whether a program compiled with these headers may call the library that it runs with. A system's loader sees to that for a
-// shared library by its file's number; ask where a library is loaded by other means.
+// Returns true if a program compiled with these headers may call the library that it runs with. The system's loader ensures
+// this for a shared library by the number in its file name; call this if the library is loaded by other means.
 [[nodiscard]] inline bool is_compatible() { return build_info().abi_version == DVDX_ABI_VERSION; }
 
 }  // namespace dvdx

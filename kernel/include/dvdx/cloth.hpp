@@ -14,22 +14,22 @@
 
 namespace dvdx {
 
-// The sides of triangles, each once, the lesser number first, ascending.
+// Returns the sides of triangles, each once, the lesser number first, ascending.
 [[nodiscard]] DVDX_EXPORT std::vector<Pair> edges(std::span<const Triangle> triangles);
-// The corners across each side that two triangles share, likewise: springs between them resist bending. None of a side of more.
+// Returns the corners across each side that exactly two triangles share, likewise: springs between them resist bending.
 [[nodiscard]] DVDX_EXPORT std::vector<Pair> bend_pairs(std::span<const Triangle> triangles);
 
 struct Cloth {
   double stretch = 0;  // N/m >= 0, of springs along the sides
-  double bend = 0;     // N/m >= 0, of springs across them; 0: none. By angles: add_bending()
+  double bend = 0;     // N/m >= 0, of springs across them; 0: none. add_bending() bends by angles instead
   double damping = 0;  // kg/s >= 0, along each spring
   std::optional<Aerodynamics> air{};
 };
-// Springs of a mesh of triangles, whose rest lengths are the distances when the plan is compiled. Their triangles meet narrow
-// bodies.
+// Returns the springs of a triangle mesh. Their rest lengths are the distances when the plan is compiled. The triangles meet
+// narrow bodies (Faces).
 [[nodiscard]] DVDX_EXPORT Springs springs_of(std::span<const Triangle> triangles, const Cloth& cloth);
 
-// to = (1 - t) before + t after, places and velocities, for drawing between two steps: all of the same count, in any layout.
+// to = (1 - t) before + t after for positions and velocities, to draw between two steps. All have one count, in any layout.
 template <class T>
 void blend(const State<T>& before, const State<T>& after, double t, State<T>& to) noexcept {
   const std::size_t count = std::min({before.count, after.count, to.count});

@@ -1,5 +1,5 @@
-// Constraints of your own on single particles: C(x) = 0 and its gradient as a small functor, on 16 particles at a time, so that
-// your compiler vectorises it with your flags.
+// Constraints on single particles, C(x) = 0, that a program defines. A small functor returns C and its gradient for 16
+// particles at a time, so that the program's own compiler and flags vectorise it.
 //
 //   struct OnTorus {
 //     double ring, tube;
@@ -11,7 +11,7 @@
 //       return out * out + x[1] * x[1] - tube * tube;
 //     }
 //   };
-//   copy(state, before);                          // where the particles are when the step begins
+//   copy(state, before);                          // the positions at the start of the step
 //   (void)plan.step(state);
 //   dvdx::constrain(before, state, plan.step_size(), OnTorus{1.0, 0.3});
 #pragma once
@@ -28,7 +28,7 @@
 
 namespace dvdx {
 
-// One number of each of 16 particles. Loops over its lanes are what compilers turn into registers.
+// One number of each of 16 particles. Compilers turn loops over its lanes into registers.
 template <class T>
 struct Pack {
   static constexpr std::size_t lanes = 16;
@@ -78,7 +78,7 @@ template <class T>
 void add(Pack3<T>& to, const Pack<T>& s, const Pack3<T>& direction) noexcept {
   for (std::size_t axis = 0; axis < 3; ++axis) to[axis] = to[axis] + s * direction[axis];
 }
-// a / b, and 0 where that is no finite number: a gradient that vanishes, or a particle that is not finite, moves nothing.
+// a / b, or 0 if that is not finite: a vanishing gradient, or a particle that is not finite, moves nothing.
 template <class T>
 Pack<T> safe_quotient(const Pack<T>& a, const Pack<T>& b) noexcept {
   constexpr T most = std::numeric_limits<T>::max();
@@ -88,7 +88,7 @@ Pack<T> safe_quotient(const Pack<T>& a, const Pack<T>& b) noexcept {
   });
 }
 
-// Particles [first, first + count) of a column; lanes beyond repeat the last.
+// Loads particles [first, first + count) of a column; further lanes repeat the last particle.
 template <class T>
 Pack<T> load(const Column<T>& column, std::size_t first, std::size_t count) noexcept {
   Pack<T> pack;
@@ -101,7 +101,8 @@ void store(const Pack<T>& pack, const Column<T>& column, std::size_t first, std:
   scatter(pack.lane.data(), first, count, column);
 }
 
-// Position pulses along the gradients at x_n until C = 0, each by Newton's step along its own, and the velocity they take.
+// Applies position pulses along the gradients at x_n until C = 0, each by Newton's steps along its own gradient, and adds the
+// velocity that they amount to.
 template <class T, class... C>
 void place(const Pack3<T>& before, Pack3<T>& x, Pack3<T>& v, double h, int iterations, const C&... constraints) noexcept {
   std::array<Pack3<T>, sizeof...(C)> direction;
@@ -123,7 +124,7 @@ void place(const Pack3<T>& before, Pack3<T>& x, Pack3<T>& v, double h, int itera
   for (c = 0; c < sizeof...(C); ++c) add<T>(v, (1 / h) * sum[c], direction[c]);
 }
 
-// The velocity pulse: what v has along the gradients goes, all at once (Gram and Schmidt).
+// The velocity pulse: removes the part of v along all gradients at once (Gram and Schmidt).
 template <class T, class... C>
 void turn(const Pack3<T>& x, Pack3<T>& v, const C&... constraints) noexcept {
   std::array<Pack3<T>, sizeof...(C)> across;
@@ -141,13 +142,13 @@ void turn(const Pack3<T>& x, Pack3<T>& v, const C&... constraints) noexcept {
 
 }  // namespace constraining
 
-// Brings every particle of `state`, stepped by h from where it is in `before` (whose velocities are not read), to where all
-// constraints are 0, and its velocity along them. A constraint is a functor (x, gradient) -> C, called with Pack<T>, whose
-// gradient it fills in; one gives a surface, two a curve.
-// The two pulses stand in RATTLE's pairing (along the gradient at the step's start, which also gives the velocity; then at its
-// end): second order, where before was on the constraint. A particle's mass cancels. Each pulse takes at most `iterations`
-// steps of Newton's; a path too bent within a step for them to converge ends beside the constraint, finite. Works on
-// any layout and allocates nothing.
+// Moves every particle of `state` to a place where all constraints are 0, and turns its velocity along them. `state` has been
+// stepped by h, s, from the positions in `before`; velocities of `before` are not read. A constraint is a functor (x, gradient)
+// -> C that is called with Pack<T> and fills in the gradient. One constraint gives a surface, two a curve.
+// The two pulses form RATTLE's pair: the first acts along the gradient at the step's start and also gives the velocity, the
+// second at its end. This is second order if `before` was on the constraint. A particle's mass cancels. The position pulse
+// takes at most `iterations` steps of Newton's; if the path is too bent within a step for them to converge, the particle ends
+// beside the constraint, finite. Works on any layout and allocates nothing.
 template <class T, class... C>
 void constrain(const State<T>& before, State<T>& state, double h, int iterations, const C&... constraints) noexcept {
   static_assert(sizeof...(C) >= 1 && sizeof...(C) <= 3);

@@ -1,4 +1,4 @@
-// Seeded numbers that depend on nothing but (seed, particle, axis).
+// Seeded random numbers that depend on (seed, particle, axis) alone.
 #pragma once
 
 #include <array>
@@ -20,7 +20,7 @@ namespace dvdx {
   return counter;
 }
 
-// In [0, 1), a multiple of 2^-53. The counter is (particle low, particle high, axis, 0), the key (seed low, seed high).
+// Returns a multiple of 2^-53 in [0, 1). The counter is (particle low, particle high, axis, 0), the key (seed low, seed high).
 [[nodiscard]] constexpr double unit_value(std::uint64_t seed, std::uint64_t particle, std::uint32_t axis) noexcept {
   const auto bits = philox4x32({static_cast<std::uint32_t>(particle), static_cast<std::uint32_t>(particle >> 32U), axis, 0},
                                {static_cast<std::uint32_t>(seed), static_cast<std::uint32_t>(seed >> 32U)});

@@ -1,10 +1,10 @@
-// dvdx for C99, and for everything that calls C: scenes are built up by functions, plans are made of them, and plans step the
-// caller's own memory. No exception leaves these functions, none of them ends the program, and errors lie in the caller's
+// dvdx for C99, and for every language that calls C. Functions build a scene, compile it to a plan, and step the caller's own
+// memory by the plan. No exception leaves these functions, none of them ends the program, and errors lie in the caller's
 // memory.
 //
-// Units are SI. Every struct may be filled with zeros first: a zero is what most scenes want, or is refused with a message.
-// Whatever a pointer points to is read during the call alone, but for the particles, which are always the caller's.
-// Handles may be used by any number of threads, where none of them changes the handle or destroys it meanwhile.
+// Units are SI. Every struct may be zero-filled first: zero is the usual value of a field, or is refused with a message.
+// Data behind a pointer is read during the call alone, except for the particles, which stay the caller's.
+// Any number of threads may use a handle while no thread changes or destroys it.
 #ifndef DVDX_DVDX_H
 #define DVDX_DVDX_H
 

@@ -1,6 +1,6 @@
-// The fields of a scene's structs, each described once: name, place, range, and whether a scene file must have it; defaults are
-// the structs' own. The kernel's check, the reader of scene files, tools/scene.schema.json and the tests that hold docs and
-// Python to them follow from here. Not installed: its short names are for the library and its command.
+// The fields of a scene's structs, each described once: name, member, range, and whether a scene file must have it. Defaults
+// are the structs' own. The kernel's check, the reader of scene files, tools/scene.schema.json and the tests of docs and Python
+// derive from this file. Not installed: its short names are for the library and its command.
 #pragma once
 
 #include <array>
@@ -20,14 +20,14 @@
 
 namespace dvdx {
 
-// The valid range of a number, which is in none where it is not a number; of a list or a vector, of each of its numbers.
+// The valid range of a number, or of each number of a list or vector. No range holds NaN.
 struct Range {
   enum class Least : std::uint8_t { included, excluded };
   double min = std::numeric_limits<double>::lowest();
   double max = std::numeric_limits<double>::max();
   Least least = Least::included;
   std::string_view text = "a finite number";
-  std::string_view in_file = text;  // where no number is infinite
+  std::string_view in_file = text;  // for scene files, in which no number is infinite
   [[nodiscard]] constexpr bool holds(double value) const noexcept {
     return (least == Least::included ? value >= min : value > min) && value <= max;
   }
@@ -40,7 +40,7 @@ inline constexpr Range Range::non_negative_or_infinite{
 inline constexpr Range Range::positive{.min = 0, .least = Least::excluded, .text = "a finite number > 0"};
 inline constexpr Range Range::unit{.min = 0, .max = 1, .text = "a number from 0 to 1"};
 
-// The words of scene files for the choices of an enumeration, which counts from 0.
+// The words of scene files for an enumeration's choices, in order from 0.
 template <std::size_t count>
 using Words = std::array<std::string_view, count>;
 constexpr Words<5> words_of(Method) { return {"combined", "exact", "average_acceleration", "pulse", "symplectic_euler"}; }
@@ -63,7 +63,7 @@ constexpr std::string_view word(E choice) {
   return words<E>[static_cast<std::size_t>(choice)];
 }
 
-// In a scene file a field may be left out, and is then as in the struct, unless it is required. about: the schema's words.
+// A scene file may omit a field, which then keeps the struct's default, unless it is required. about: text for the schema.
 template <class Struct, class Value>
 struct Field {
   std::string_view name;
@@ -81,13 +81,13 @@ template <class Struct, class Value>
 constexpr auto required(std::string_view name, Value Struct::*value, Range range = {}, std::string_view about = {}) {
   return Field<Struct, Value>{name, value, range, about, true};
 }
-// A direction of any length > 0, which is required, and which the reader of files takes to length 1.
+// A required direction of any length > 0. The reader of files normalises it.
 template <class Struct>
 struct Normal {
   std::string_view name;
   Vec3 Struct::*value;
 };
-// A key that says the same word wherever it is there: no choice of the struct's.
+// A key with a single valid word, which corresponds to no field of the struct.
 struct OnlyWord {
   std::string_view name, word;
 };
@@ -182,7 +182,7 @@ constexpr auto describe(const TriangleMesh*) {
   return described_contact<TriangleMesh>("mesh", "a mesh", Key{"file"}, Key{"cell"}, OnlyWord{"side", "outside"});
 }
 
-// ---- what moves, and air
+// ---- motions and air
 
 constexpr auto describe(const MotionKey*) {
   return described("", "a key of a motion", required("time", &MotionKey::time, {}, "s, later than that of the key before"),
@@ -198,16 +198,16 @@ constexpr auto describe(const Wind*) {
   return described("", "a wind", field("mean", &Wind::mean), field("gusts", &Wind::gusts));
 }
 constexpr auto describe(const Aerodynamics*) {
-  // The result of a pulse stays finite.
+  // The limit keeps the result of a pulse finite.
   constexpr Range coefficient{.min = 0, .max = 1e6, .text = "a number from 0 to 1e+06", .in_file = "a number from 0 to 1e6"};
   return described("", "the aerodynamics of a network",
                    field("density", &Aerodynamics::density, Range::non_negative, "kg/m^3, of the air"),
                    field("drag", &Aerodynamics::drag, coefficient), field("lift", &Aerodynamics::lift, coefficient));
 }
 
-// ---- what comes and goes
+// ---- particles that come and go
 
-// The keys of every emitter, behind those of its shape.
+// The keys of every emitter, after those of its shape.
 constexpr auto describe(const Emitter*) {
   return described("", "an emitter", required("rate", &Emitter::rate, Range::non_negative, "particles/s"),
                    field("start", &Emitter::start, {}, "s"), Key{"end"}, field("velocity", &Emitter::velocity, {}, "m/s"),
@@ -218,15 +218,15 @@ constexpr auto describe(const Removal*) {
                    field("order", &Removal::order));
 }
 
-// ---- what joins particles, and what they are when they meet
+// ---- networks, tethers and meetings
 
-// The keys of a grid beside those of networks.
+// The keys of a grid besides those of all networks.
 constexpr auto describe(const Grid*) {
   return described("grid", "a grid", field("structural", &Grid::structural, Range::non_negative),
                    field("shear", &Grid::shear, Range::non_negative), field("bend", &Grid::bend, Range::non_negative),
                    field("damping", &Grid::damping, Range::non_negative));
 }
-// The keys of every network, which have its coupling.
+// The keys of every network that set the coupling.
 constexpr auto describe(const Coupling*) {
   return described("", "coupling", field("scheme", &Coupling::scheme), Key{"substeps"}, Key{"most_substeps"}, Key{"theta"},
                    Field<Coupling, SweepOrder>{"sweep", &Coupling::sweeps, {}, {}, false, "sweeps"},
@@ -246,12 +246,12 @@ constexpr auto describe(const Meet*) {
       Key{"apart_at_start"}, Key{"groups"});
 }
 
-// ---- what follows from them
+// ---- derived from the descriptions
 
 template <class Struct>
 inline constexpr auto description = describe(static_cast<const Struct*>(nullptr));
 
-// visit(field) for each field of a struct, in the order of a file's keys.
+// Calls visit(field) for each field of a struct, in the order of a file's keys.
 template <class Struct, class Visit>
 constexpr void for_each_field(const Visit& visit) {
   std::apply([&](const auto&... field) { (visit(field), ...); }, description<Struct>.fields);

@@ -1,5 +1,5 @@
-// A state with all that belongs to it: what drives it, its wind, its frame time, what its springs carry on. The compiled scene
-// is shared with its plan and with the plan's other instances: fifty characters are one plan and fifty of these.
+// A state with its driven things, its wind, its frame time and its springs' history. The compiled scene is shared with the plan
+// and with the plan's other instances: fifty characters are one plan and fifty instances.
 //
 //   const PinsId shoulders = add_pins(scene, shoulder_ids);
 //   const MotionId arm = add_body(scene, Capsule{.ends = {a, b}, .radius = {0.06, 0.06}});
@@ -27,50 +27,50 @@ namespace dvdx {
 template <class T>
 struct InstancesStep;  // private to the library
 
-// Made by Plan::instance(). Any number of threads may step different instances at once; one at a time steps, moves or changes
-// one. The state's columns are the program's, and must stay where they are. A mistake is an error, and changes nothing.
+// Made by Plan::instance(). Any number of threads may step different instances at once; one thread at a time steps, moves or
+// changes one instance. The program owns the state's columns, which must stay where they are. An error changes nothing.
 template <class T>
 class DVDX_EXPORT Instance {
  public:
   struct Parts;  // private to the library
 
-  explicit Instance(Parts* parts) noexcept;  // which it owns from then on
+  explicit Instance(Parts* parts) noexcept;  // takes ownership
   Instance(Instance&&) noexcept;
   Instance& operator=(Instance&&) noexcept;
   ~Instance();
 
-  // The view that it was made of, with its clock.
+  // The view from which the instance was made, with its clock.
   [[nodiscard]] const State<T>& state() const noexcept;
-  // The plan of this state alone: what is changed there (forces, contacts, what is fixed or torn) changes this instance and no
-  // other. Things are driven by move(), not there.
+  // The plan of this state alone: changes through it (forces, contacts, fixed particles, torn springs) affect no other
+  // instance. Drive things by move(), not by the plan.
   [[nodiscard]] Plan<T>& plan() noexcept;
 
-  // "Be there at the end of the next step", or of the next advance(): see Plan::set_pose. They take memory at the first call of
-  // each. By Arrival::jump it is there at once, at rest, and nothing between is swept.
+  // "Be there at the end of the next step", or of the next advance(): see Plan::set_pose. The first call for each thing takes
+  // memory. By Arrival::jump it is there at once, at rest, and nothing between is swept.
   [[nodiscard]] Expected<void> move(MotionId motion, const Pose& pose, Arrival arrival = Arrival::moving);
   [[nodiscard]] Expected<void> move(MotionId motion, const Matrix34& matrix, Arrival arrival = Arrival::moving);
   // m, in the world, one for each particle.
   [[nodiscard]] Expected<void> move(PinsId pins, const Points& places, Arrival arrival = Arrival::moving);
-  // Likewise; normals, of any length > 0, or none: they stay what they were.
+  // Likewise; normals have any length > 0. Without normals the former ones stay.
   [[nodiscard]] Expected<void> move(SkinId skin, const Points& points, const Points& normals = {},
                                     Arrival arrival = Arrival::moving);
-  // The air of this state alone, from the next step on.
+  // Sets the air of this state alone, from the next step on.
   [[nodiscard]] Expected<void> set_wind(const Wind& wind);
 
-  // One step of h (s): the frame time. A step of the length of the last one takes no memory and locks nothing; one of a length
-  // that an instance of this plan has lately taken is looked up, and another one is made as Plan::set_step() makes it, for all
-  // of them. With Coupling::most_substeps it may be cut: step_size() tells.
+  // Makes one step of h (s), the frame time. A step of the last one's length takes no memory and locks nothing. A length that
+  // an instance of this plan took lately is looked up; another one is made as by Plan::set_step() and kept for all instances.
+  // Coupling::most_substeps may cut the step: step_size() returns its length.
   [[nodiscard]] Expected<void> step(double h, const ParallelFor& parallel = {});
-  // Whole steps of the size that it has, as many as fit into what has passed, at most `most` (further time is left out): how
-  // many. Things that are moved go evenly through the frame; the first time they are there with the first step. Takes memory at
-  // the first call. frame_time: s, >= 0; the step > 0.
+  // Makes whole steps of step_size(), as many as fit into the time that has passed and at most `most`; further time is left
+  // out. Returns their number. Moved things go evenly through the frame; a thing's first target is reached in the first step.
+  // Takes memory at the first call. frame_time: s, >= 0; the step must be > 0.
   [[nodiscard]] Expected<std::size_t> advance(double frame_time, std::size_t most = 8, const ParallelFor& parallel = {});
-  // The particles at the time that has passed, between the last two steps of advance(): for drawing, so much later as a step is
-  // long. to: of the same count.
+  // Writes the particles between the last two steps of advance(), for drawing: at the time that has passed, less one step.
+  // `to` must have the same count.
   [[nodiscard]] Expected<void> blend(State<T>& to) const;
 
-  // As Plan::teleport(): particles, pins, bodies, skins and what is to be reached are carried along. At once after it was made
-  // this takes a character from where it was compiled to where it stands.
+  // As Plan::teleport(): particles, pins, bodies, skins and their targets are carried along. Called right after the instance
+  // was made, it takes a character from its compiled place to its place in the world.
   [[nodiscard]] Expected<void> teleport(const Pose& by);
   [[nodiscard]] StateCheck check() const noexcept;
   [[nodiscard]] double step_size() const noexcept;  // s
@@ -79,12 +79,12 @@ class DVDX_EXPORT Instance {
   friend class Plan<T>;
   friend struct InstancesStep<T>;
   Parts* parts_;              // owned
-  Plan<T> nothing_{nullptr};  // what is left of a plan once it was moved from
+  Plan<T> nothing_{nullptr};  // returned by plan() of a moved-from instance
 };
 
-// One step of each: so many at once as parallel has threads, none of them inside one. frame_times: s, one for all or one for
-// each. An error names the first that failed, as instances[k]; all others have stepped. Instances of one plan that take steps
-// of one length share what that length needs.
+// Makes one step of each instance. Threads share the instances; each instance is stepped by one thread. frame_times: s, one for
+// all or one for each. An error names the first instance that failed, as instances[k]; all others have stepped. Instances of
+// one plan that take steps of one length share the data of that length.
 template <class T>
 [[nodiscard]] DVDX_EXPORT Expected<void> step(std::span<Instance<T>> instances, std::span<const double> frame_times,
                                               const ParallelFor& parallel = {});

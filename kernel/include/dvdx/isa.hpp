@@ -1,4 +1,4 @@
-// The instruction sets that a step can run on, and which of them this binary and this machine have.
+// The instruction sets that a step can run on, and the ones that this binary and this machine have.
 #pragma once
 
 #include <optional>
@@ -9,7 +9,7 @@
 namespace dvdx {
 
 enum class Isa {
-  reference,  // scalar twins, written by hand: what every other one is held against
+  reference,  // scalar twins, written by hand: every other one is tested against them
   sse2,
   avx2,
   avx512,  // F, BW, CD, DQ, VL
@@ -19,21 +19,21 @@ enum class Isa {
 enum class Arithmetic {
   separate,    // multiply, then add: the same bits on every ISA (default)
   contracted,  // fused multiply-add: faster in cache; the same bits on the ISAs that have it (all but sse2)
-  // contracted, and springs' inverse roots from the machine's own estimate, within 1.2 units in the last place: the bits may
-  // differ from ISA to ISA and from one maker's machines to another's, and by nothing else. The reference makes no estimate:
-  // its bits are the contracted ones.
+  // contracted, and springs' inverse roots by the machine's own estimate, within 1.2 units in the last place. The bits may
+  // differ between ISAs and between makers of processors, and by nothing else. The reference makes no estimate: its bits are
+  // the contracted ones.
   fast,
 };
 
-// In the order of preference, the best last. Contracted and fast arithmetic need an ISA with fused instructions.
+// Return ISAs in the order of preference, the best last. Contracted and fast arithmetic need an ISA with fused instructions.
 [[nodiscard]] std::vector<Isa> built_isas(Arithmetic arithmetic = Arithmetic::separate);      // in this binary
 [[nodiscard]] std::vector<Isa> available_isas(Arithmetic arithmetic = Arithmetic::separate);  // and on this machine
 
-// The ISA that the environment variable DVDX_ISA asks for; none where it is not set, empty or "best". A plan for which no ISA
-// is asked otherwise takes it, or is refused where this is none of its arithmetic's.
+// Returns the value of the environment variable DVDX_ISA; none if it is not set, empty or "best". A plan without Options::isa
+// takes this ISA, and is refused if the ISA is not available with its arithmetic.
 [[nodiscard]] std::optional<std::string> forced_isa();
 
-// The ISA that a plan takes where none is asked for: the one of DVDX_ISA where that is available, else the best.
+// Returns the ISA of DVDX_ISA if it is available, else the best one.
 [[nodiscard]] Isa best_isa(Arithmetic arithmetic = Arithmetic::separate);
 
 [[nodiscard]] std::string_view name(Isa isa) noexcept;

@@ -1,4 +1,4 @@
-// How a force's integral contribution (dv, dx) is worked out.
+// Methods to compute a force's integral contribution (dv, dx).
 #pragma once
 
 namespace dvdx {
@@ -11,24 +11,24 @@ enum class Method {
   symplectic_euler,      // dv = a(t) h,    dx = dv h
 };
 
-enum class Expansion {  // of the drag's exponential
+enum class Expansion {  // the drag's exponential
   exact,                // 1 - exp(-c h/m)
   first_order,  // c h/m: Brown's shortcut; first order in time and unstable for c h/m > 2. Never part of a combined system.
 };
 
-enum class ContactPath {  // the path that a contact is looked for on
-  curve,                  // the path that the forces make of the step: finds dips that end outside
+enum class ContactPath {  // the path that is searched for a contact
+  curve,                  // the path of the step under the forces: finds dips that end outside
   line,                   // the straight line from x(0) to x(h)
 };
 
 using Sweep [[deprecated("ContactPath")]] = ContactPath;
 
-enum class Response {  // what an impact at the fraction f of a step does to the position
+enum class Response {  // change of the position by an impact at the fraction f of a step
   resume,              // the pulse acts for the remaining step: dx = (1-f) h dv
-  end_on_surface,      // two pulses along the normal, of which the second ends the step on the surface: dx = n n.(x(f) - x(h))
+  end_on_surface,      // two pulses along the normal; the second ends the step on the surface: dx = n n.(x(f) - x(h))
   seed [[deprecated("Response::end_on_surface")]] = end_on_surface,
 };
 
-enum class Side { outside, inside };  // of a sphere: where particles may be
+enum class Side { outside, inside };  // of a sphere or box: where particles may be
 
 }  // namespace dvdx

@@ -10,8 +10,8 @@
 
 namespace dvdx {
 
-// The communicator is the caller's, between MPI_Init and MPI_Finalize for as long as the ranks live. They talk on a copy of it,
-// so that no message of the caller's is taken for one of theirs. To be made on all of its processes.
+// Makes ranks from the caller's communicator. Call it on all of its processes. MPI must be initialised as long as the ranks
+// live. They send on a copy of the communicator, so that no message of the caller's is taken for one of theirs.
 [[nodiscard]] DVDX_EXPORT std::unique_ptr<Ranks> mpi_ranks(MPI_Comm communicator);
 
 }  // namespace dvdx

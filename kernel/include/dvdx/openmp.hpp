@@ -8,17 +8,17 @@
 
 namespace dvdx {
 
-// A parallel region for each loop. Each loop waits for all threads, also for one that another program keeps off its core.
-// threads >= 1; 0 takes what OpenMP would.
+// Opens a parallel region for each loop. Each loop waits for all threads, even for one that another program keeps off its core.
+// threads >= 1; 0: OpenMP's own number.
 [[nodiscard]] DVDX_EXPORT ParallelFor openmp(int threads = 0);
 
-// Threads of one OpenMP region, which take tasks of loops until the team is destroyed. A loop waits for tasks and not for
-// threads: what a thread without a core leaves is taken by the others. Threads that find nothing to do spin for some 20 us,
-// then sleep. One loop runs at a time; a second one, from another thread, runs on its caller alone.
+// The threads of one OpenMP region take tasks of loops until the team is destroyed. A loop waits for tasks and not for threads:
+// the others take the tasks of a thread without a core. Idle threads spin for some 20 us, then sleep. One loop runs at a time;
+// a second one, from another thread, runs on its caller alone.
 class DVDX_EXPORT OpenMpTeam {
  public:
-  // threads >= 1, the caller of a loop among them; 0 takes what OpenMP would. Throws std::system_error where the system has
-  // no more threads.
+  // threads >= 1, including the caller of a loop; 0: OpenMP's own number. Throws std::system_error if the system has no more
+  // threads.
   explicit OpenMpTeam(int threads = 0);
   ~OpenMpTeam();  // not while a loop runs
   OpenMpTeam(const OpenMpTeam&) = delete;

@@ -5,8 +5,8 @@
 
 namespace dvdx {
 
-// Runs body(task, index) for every index below count, on whatever threads the caller has, and returns when all are done.
-// body neither throws nor locks nor allocates. Results never depend on which thread runs which index.
+// Runs body(task, index) for every index below count, on any threads of the caller's, and returns when all are done. body
+// neither throws nor locks nor allocates. Results never depend on which thread runs which index.
 struct ParallelFor {
   using Body = void (*)(void* task, std::size_t index);
   using Run = void (*)(void* context, std::size_t count, Body body, void* task);

@@ -1,5 +1,5 @@
-// A scene whose springs join particles, cut into parts that are stepped apart: who owns which particle, which ones of others
-// its springs reach, and what is told to whom. Nothing here talks to other processes.
+// Cuts a scene with springs between particles into parts that are stepped apart: the owner of each particle, the halo that its
+// springs reach, and the particles that parts send and receive. Nothing here communicates with other processes.
 #pragma once
 
 #include <cstddef>
@@ -15,90 +15,92 @@
 
 namespace dvdx {
 
-// The halo by which a part tells another and is told: places in its own list of particles, both in the order of their numbers.
+// The particles that a part sends to another and receives from it: indices into Part::particles, in the whole's order.
 struct Neighbour {
   std::uint32_t part = 0;
   std::vector<std::uint32_t> sent, received;
 };
 
 struct Part {
-  // Numbers in the whole scene: those that the part owns, and those of others that springs join to them (the halo). They stand
-  // in the order in which a particle sums its springs; of a list with swept_rows(), row by row.
+  // Indices in the whole scene: the particles that the part owns, and the halo, other parts' particles that springs join to
+  // them. They are in the order in which a particle sums its springs; for a list with swept_rows(), row by row.
   std::vector<std::uint32_t> particles;
-  std::vector<std::uint8_t> is_own;   // of each of them: 1, or 0
-  std::vector<std::uint8_t> is_told;  // likewise: whether a neighbour is told of it
+  std::vector<std::uint8_t> is_own;   // for each particle: 1 or 0
+  std::vector<std::uint8_t> is_told;  // for each particle: 1 if it is sent to a neighbour
   std::vector<Neighbour> neighbours;  // parts that share springs with this one, ascending
-  std::size_t own = 0;                // particles
-  std::size_t springs = 0, cut = 0;   // that reach an own particle; and of these, those that another part shares
-  // Exchange::pulses_per_telling. Where it is more than 1 the halo is as deep as springs reach in so many pulses.
+  std::size_t own = 0;                // number of own particles
+  std::size_t springs = 0, cut = 0;   // springs that reach an own particle; those of them that another part shares
+  // Exchange::pulses_per_telling. If it is more than 1, the halo is as deep as springs reach in that many pulses.
   std::uint32_t pulses_per_telling = 1;
-  // For PartContext::sweeps, of networks by `sequential` that are no sheets: the part's own particles stand in whole pieces,
-  // which are few thousand particles each; or in whole rows, of lists that are swept by rows.
+  // For PartContext::sweeps, for networks by `sequential` that are no sheets. The part's own particles form whole pieces of a
+  // few thousand particles each, or whole rows of lists that are swept by rows.
   std::optional<SweptPart> sweeps{};
 };
 
-// How often parts tell a halo in a sub-step of networks by `sequential`: once of a sheet and of a list with swept_rows(), of
-// others twice for each colour of the springs that lead from piece to piece.
+// Returns the number of halo exchanges in a sub-step of networks by `sequential`: 1 for a sheet and for a list with
+// swept_rows(), 0 for several equal sheets, which stay whole. Other networks exchange twice by symmetric sweeps, once by
+// forward sweeps, for each colour of the springs between pieces; at least once.
 [[nodiscard]] DVDX_EXPORT std::uint32_t tellings_of_sweeps(const Scene& scene, std::size_t count);
 
-// The pulses between tellings of a sheet in parts of whole rows, the least of which has `fewest_rows`: more than 1 for
-// `leapfrog` without damping, air and motions, where a part is large beside the rows that so many pulses reach, and does not
-// fit in a core's cache.
+// Returns the pulses between exchanges for a sheet in parts of whole rows; the smallest part has `fewest_rows`. More than 1
+// only for one sheet by `leapfrog` without damping, air, motions, skins and meet, if the smallest part is large beside the rows
+// that these pulses reach and does not fit in a core's cache.
 [[nodiscard]] DVDX_EXPORT std::uint32_t pulses_per_telling(const Scene& scene, const Grid& sheet, std::uint64_t fewest_rows);
 
-// The rows of a list that `sequential` walks as a sheet, as it walks a grid: three rows or more of at least 16 particles (32
-// where springs lead two rows or columns); springs that lead where a grid's lead, or across a side of two triangles from corner
-// to corner, no pair joined twice. Particles stand in rows as they are numbered, and more than half of these places are filled;
-// or they are numbered in any order, and springs of each kind that there is are everywhere. The grid has rows, columns, and a
-// bend that is not 0 where springs lead two rows or columns; nothing else in it means anything. None of other scenes. Which
-// particles stand in a row stripes() alone knows.
+// Returns the rows of a list that `sequential` walks as a sheet, like a grid. The list has at least three rows of at least 16
+// particles (32 if springs lead two rows or columns). Its springs lead where a grid's lead, or across a side of two triangles
+// from corner to corner, and join no pair twice. Either the particles are numbered row by row and more than half of the places
+// for springs are filled, or they are numbered in any order and each kind of spring that occurs is everywhere. The result has
+// rows, columns, and a bend that is not 0 if springs lead two rows or columns; its other fields mean nothing. None for other
+// scenes. stripes() alone knows which particles form a row.
 [[nodiscard]] DVDX_EXPORT std::optional<Grid> swept_rows(const Scene& scene, std::size_t count);
 
-// Rows of a sheet that one part must have together: of `sequential` two bands, which its sweeps take one after the other; of
-// other schemes 1.
+// Returns the number of rows of a sheet that must stay in one part: for `sequential` two bands, which its sweeps take one after
+// the other; for other schemes 1.
 [[nodiscard]] DVDX_EXPORT std::size_t rows_kept_together(const Scene& scene, const Grid& sheet);
 
-// The rows that a part holds of the part above it (of lesser rows) and of the one below it, so that its own are right after so
-// many pulses or, by `sequential`, a sub-step.
+// The halo rows that a part holds of the part above it (with lesser row numbers) and of the part below it, so that its own rows
+// are right after the given pulses or, by `sequential`, after a sub-step.
 struct RowsHeld {
   std::uint64_t above = 0, below = 0;
 };
 [[nodiscard]] DVDX_EXPORT RowsHeld rows_held(const Scene& scene, const Grid& sheet, std::uint32_t pulses);
 
-// The owner of each of `count` particles: particles side by side as they stand in memory, a sheet by whole rows
-// (rows_kept_together of them), as many for each part as can be, a list with swept_rows() likewise. By `sequential` several
-// sheets that are alike stay whole, and so do a list's pieces.
+// Returns the owner of each of `count` particles, in equal shares as far as possible. A part owns neighbouring particles in
+// memory order; a sheet, or a list with swept_rows(), is cut by whole rows (rows_kept_together() of them). By `sequential`
+// several equal sheets stay whole each, and so do a list's pieces.
 [[nodiscard]] DVDX_EXPORT std::vector<std::uint32_t> stripes(const Scene& scene, std::size_t count, std::uint32_t parts);
 
-// The springs as pairs of particles, the lesser number first, each pair as often as springs join it: what a graph is cut by.
+// Returns the springs as pairs of particles, the lesser number first, a pair once for each of its springs: the graph to be cut.
 [[nodiscard]] DVDX_EXPORT std::vector<Pair> joined(const Scene& scene, std::size_t count);
 
-// owner: of each particle. By `sequential` one that stripes() would not give may be refused: sweeps go through
-// rows_kept_together() rows of a sheet, a part's one after the other; through whole sheets where several are alike; and through
-// whole pieces of other networks.
+// owner: one for each particle. By `sequential` an owner that stripes() would not give may be refused: sweeps go through
+// rows_kept_together() rows of a sheet at once, and a part's rows must follow each other; through whole sheets if several are
+// equal; and through whole pieces of other networks.
 [[nodiscard]] DVDX_EXPORT Expected<Part> part_of(const Scene& scene, std::span<const std::uint32_t> owner, std::uint32_t part);
 
-// The part that stripes() gives to a sheet's rows, made of these rows alone: nothing is as long as the scene. None where the
-// scene is not one sheet, where pairs are summed one by one (`accumulate`), and in air.
+// Returns the part that stripes() gives to a sheet's rows, made of these rows alone: no list is as long as the scene. None if
+// the scene is not one sheet, if pairs are summed one by one (`accumulate`), or in air.
 [[nodiscard]] DVDX_EXPORT std::optional<Part> part_of_sheet(const Scene& scene, std::size_t count, std::uint32_t parts,
                                                             std::uint32_t part);
 
-// The rates of some rows of a sheet: how fast its springs can swing. The rates of all rows are the highest, number by number.
+// The rates of some rows of a sheet bound the frequency of its springs. The rates of all rows are the maxima, number by number.
 struct SheetRates {
   double of_k = 0, of_c = 0;  // 1/s^2, 1/s: the highest w_a S_a + w_b S_b of the springs that begin in them, S of k or c
   double w = 0;               // 1/kg, the highest
 };
-// The rates of rows first, ..., end - 1 of a scene that is one sheet with nothing torn. Any other scene gives 0 for all.
+// Returns the rates of rows first, ..., end - 1 of a scene that is one sheet with nothing torn. Any other scene gives 0 for
+// all.
 [[nodiscard]] DVDX_EXPORT SheetRates rates_of_rows(const Scene& scene, std::uint64_t first, std::uint64_t end);
 
-// The limit of the whole's sub-steps, as its plan tells it, with two differences: `frequency` is the bound, and `particle` is
-// not looked for. None where the plan's eigenvalues decide whether so few sub-steps are refused, and for a scene that is no
-// sheet.
+// Returns the limit of the whole's sub-steps as its plan has it, with two differences: `frequency` is the bound, and `particle`
+// is 0. None for a scene that is no sheet, and if the sub-steps are not safe in any position or too many: the plan's
+// eigenvalues then decide whether they are refused.
 [[nodiscard]] DVDX_EXPORT std::optional<NetworkLimit> limit_of_sheet(const Scene& scene, double step, const SheetRates& all);
 
-// The scene of a part: its own numbers, fixed and kinematic particles, springs, in the whole's order; origin, contacts, motions
-// and what is alike for all particles as they were. Skins stay, each with the particles that the part has. Scenes with
-// constraints or tethers have no parts.
+// Returns the scene of a part. It has numbers, fixed and kinematic particles and springs of its own, in the whole's order.
+// Origin, contacts, motions and values that are alike for all particles stay. Skins stay, each with the particles that the part
+// has. Scenes with constraints or tethers have no parts.
 [[nodiscard]] DVDX_EXPORT Scene scene_of(const Scene& whole, const Part& part);
 
 }  // namespace dvdx

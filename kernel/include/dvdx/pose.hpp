@@ -1,4 +1,4 @@
-// Poses from what programs have: quaternions, matrices, vectors of any kind.
+// Poses from quaternions and matrices, and views of vectors of any kind.
 #pragma once
 
 #include <array>
@@ -14,17 +14,17 @@
 
 namespace dvdx {
 
-// x, y, z, w, of any finite length > 0: of a length of 0 the pose is not a number, which set_pose() and its like refuse.
+// x, y, z, w, of any finite length > 0. A length of 0 makes a pose of NaN, which set_pose() and its like refuse.
 using Quaternion4 = std::array<double, 4>;
 // Three rows: p goes to m[row][0] p.x + m[row][1] p.y + m[row][2] p.z + m[row][3].
 using Matrix34 = std::array<std::array<double, 4>, 3>;
 
 [[nodiscard]] DVDX_EXPORT Pose pose_of(const Vec3& translation, const Quaternion4& rotation);
-// The pose by which what turns about `center` (Motion::center) is carried as the matrix says. An error where its first three
-// columns are not a rotation within 1e-3: scaled, sheared or mirrored.
+// Returns the pose of a motion about `center` (Motion::center) that carries points as the matrix does. An error if the matrix's
+// first three columns are not a rotation within 1e-3: scaled, sheared or mirrored.
 [[nodiscard]] DVDX_EXPORT Expected<Pose> pose_of(const Matrix34& matrix, const Vec3& center = {});
 
-// From 16 numbers, column after column, as glm::mat4 and OpenGL have them: the last row is taken for 0 0 0 1.
+// Reads 16 numbers, column after column, as glm::mat4 and OpenGL have them: the last row is taken for 0 0 0 1.
 template <class T>
 [[nodiscard]] Matrix34 matrix_of_columns(const T* m) noexcept {
   Matrix34 rows{};
@@ -34,7 +34,7 @@ template <class T>
   return rows;
 }
 
-// A view of vectors of three floats or three doubles, at any stride: nothing is copied. From
+// A view of vectors of three floats or three doubles, at any stride; nothing is copied. It is made from
 //   std::vector<glm::vec3>, std::span<const Eigen::Vector3f>, std::vector<dvdx::Vec3>, ...   vectors side by side
 //   Points(&vertices[0].position, vertices.size(), sizeof(Vertex))                           within structs
 class Points {

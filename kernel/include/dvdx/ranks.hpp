@@ -1,5 +1,5 @@
-// Processes that step one scene together, each with a part of its particles: what dvdx asks of them. dvdx/mpi.hpp makes one of
-// an MPI communicator.
+// The interface to processes that step one scene together, each with a part of its particles. dvdx/mpi.hpp implements it for an
+// MPI communicator.
 #pragma once
 
 #include <cstddef>
@@ -13,7 +13,7 @@ struct Traffic {
   std::uint64_t messages = 0, bytes = 0;
 };
 
-// Every rank calls the same functions in the same order; send() and receive() meet one another. All of one thread.
+// Every rank calls the same functions in the same order, each send() with its receive(). One thread makes all calls of a rank.
 class Ranks {
  public:
   Ranks() = default;
@@ -24,18 +24,18 @@ class Ranks {
   [[nodiscard]] virtual int rank() const noexcept = 0;   // from 0
   [[nodiscard]] virtual int count() const noexcept = 0;  // at least 1
 
-  // Messages between two ranks come in the order in which they were sent.
+  // Messages between two ranks arrive in the order in which they were sent.
   virtual void send(int to, std::span<const std::byte> bytes) noexcept = 0;
   virtual void receive(int from, std::span<std::byte> bytes) noexcept = 0;
-  // Begin at once and are over after finish(): until then the bytes stay where they are, untouched.
+  // Begin at once and end with finish(): until then the caller keeps the bytes in place and does not touch them.
   virtual void start_send(int to, std::span<const std::byte> bytes) noexcept = 0;
   virtual void start_receive(int from, std::span<std::byte> bytes) noexcept = 0;
   virtual void finish() noexcept = 0;
-  // The traffic that start_send() has sent so far: a message each call that has bytes.
+  // The traffic of start_send() so far: each call with bytes is a message.
   [[nodiscard]] virtual Traffic started() const noexcept { return {}; }
 
   virtual void broadcast(int from, std::span<std::byte> bytes) noexcept = 0;
-  // Number by number, over all ranks, to all ranks.
+  // Combine the numbers of all ranks one by one; every rank receives the result.
   virtual void highest(std::span<double> numbers) noexcept = 0;
   virtual void sum(std::span<std::uint64_t> numbers) noexcept = 0;
 
@@ -43,7 +43,7 @@ class Ranks {
   [[noreturn]] virtual void end_all(int exit_code) noexcept = 0;
 };
 
-// A process by itself.
+// A single process.
 class OneRank final : public Ranks {
  public:
   [[nodiscard]] int rank() const noexcept override { return 0; }
@@ -59,7 +59,7 @@ class OneRank final : public Ranks {
   [[noreturn]] void end_all(int exit_code) noexcept override { std::_Exit(exit_code); }
 };
 
-// The bytes of a number or a list of them.
+// The bytes of a value.
 template <class Value>
 [[nodiscard]] std::span<const std::byte> bytes_in(const Value& value) noexcept {
   return std::as_bytes(std::span<const Value, 1>(&value, 1));

@@ -1,4 +1,4 @@
-// A scene: what the world holds. Plain values in SI units; nothing is checked before compile().
+// A scene: the contents of the world. Plain values in SI units; nothing is checked before compile().
 #pragma once
 
 #include <array>
@@ -72,22 +72,22 @@ struct Drag {
 
 using Force = std::variant<Constant, Polynomial, Sinusoid, Spring, RadialSpring, Drag>;
 
-// Where a motion carries what follows it: p to center + R (p - center) + translation, R by the rotation vector.
+// A pose of a motion. It carries a point p to center + R (p - center) + translation; R is the rotation of the rotation vector.
 struct Pose {
   Vec3 translation{};  // m
   Vec3 rotation{};     // rad: axis times angle
   bool operator==(const Pose&) const = default;
 };
 
-// How what a program drives comes to where it is told to be: on the way there through the whole of the next step, or in no
-// time, before the next step begins.
+// How a driven thing reaches its target. moving: it is under way for the whole of the next step. jump: it is there before the
+// next step begins, and takes no time.
 enum class Arrival : std::uint8_t { moving, jump };
 
-// A rigid motion that is given beforehand. A key's pose carries a point p to center + R (p - center) + translation, R by the
-// rotation vector (axis times angle). Between keys the translation is linear in time, and the rotation goes about a fixed axis
-// at a constant angular velocity, the short way round. Before the first and after the last key the pose is held, at rest. To a
-// key by Arrival::jump there is no way: the pose of the key before is held, at rest, until its time; from then on what follows
-// is there, with the velocity that leads on to the next key, and nothing between has been swept.
+// A rigid motion that is given beforehand. A key's pose carries a point p to center + R (p - center) + translation; R is the
+// rotation of the rotation vector (axis times angle). Between keys the translation is linear in time. The rotation goes about a
+// fixed axis at a constant angular velocity, the short way round. Before the first and after the last key the pose is held, at
+// rest. A key by Arrival::jump has no path that leads to it: the pose of the key before is held, at rest, until the key's time.
+// From then on the followers are at the key's pose and have the velocity towards the next key. Nothing between is swept.
 struct MotionKey {
   double time = 0;     // s
   Vec3 translation{};  // m
@@ -97,65 +97,68 @@ struct MotionKey {
 };
 struct Motion {
   Vec3 center{};                // m
-  std::vector<MotionKey> keys;  // their times ascending; none: it rests where it is until a program drives it
+  std::vector<MotionKey> keys;  // times ascending; empty: the motion rests until a program drives it
   bool operator==(const Motion&) const = default;
 };
 
-// Particles that nothing acts on. Each is where the motion carries the place at which it stood when the plan was compiled, with
-// the motion's velocity, at the end of every sub-step.
+// Particles that follow a motion; no force acts on them. The motion carries each from its place when the plan was compiled. At
+// the end of every sub-step a particle is at its carried place and has the motion's velocity.
 struct Kinematic {
   std::vector<std::size_t> particles;  // none of them fixed, none twice
-  std::size_t motion = 0;              // of Scene::motions
+  std::size_t motion = 0;              // index in Scene::motions
   bool operator==(const Kinematic&) const = default;
 };
 
-// A ball behind a skin, which its particles may not enter: of radius R, its center (offset + R) behind the skin's point.
+// A ball behind each point of a skin that the point's particle must not enter. Its radius is R, and its center lies offset + R
+// behind the point.
 struct Backstop {
-  std::vector<Vec3> normals;  // that lead out of the skin, of any length: one for all, or one for each particle
-  Scalars offset = 0.0;       // m, >= -at_most: how far behind the skin the ball begins; one for all, or one for each
+  std::vector<Vec3> normals;  // point out of the skin, of any length > 0: one for all, or one for each particle
+  Scalars offset = 0.0;       // m, >= -at_most: distance from the skin back to the ball; one for all, or one for each
   Scalars radius = 1.0;       // m, > 0: one for all, or one for each
   bool operator==(const Backstop&) const = default;
 };
 
-// Points that an animation moves, one for each of these particles, which stay near them: |x - point| <= at_most, and out of the
-// ball behind. Both hold at the end of every sub-step: the velocity relative to the point loses what leads beyond.
+// Points that an animation moves, one for each of the particles. A particle stays near its point, |x - point| <= at_most, and
+// out of the ball behind it. Both hold at the end of every sub-step: the velocity relative to the point loses the part that
+// leads beyond a limit.
 struct Skin {
   std::vector<std::size_t> particles;  // none twice, none in two skins
-  std::vector<Vec3> points{};          // m, in the world; empty: where the particles are when the plan is compiled
-  Scalars at_most = std::numeric_limits<double>::infinity();  // m, >= 0, infinite: anywhere; one for all, or one for each
+  std::vector<Vec3> points{};          // m, in the world; empty: the particles' places when the plan is compiled
+  Scalars at_most = std::numeric_limits<double>::infinity();  // m, >= 0; infinite: no limit; one for all, or one for each
   std::optional<Backstop> backstop{};
-  std::optional<std::size_t> motion{};  // of Scene::motions, which carries points and normals; none: they rest
+  std::optional<std::size_t> motion{};  // index in Scene::motions: carries points and normals; none: they rest
   bool operator==(const Skin&) const = default;
 };
 
-// Every particle of a network that is neither fixed nor kinematic is at most `stretch` times so far from the fixed or kinematic
-// one that is nearest along its whole springs, by their rest lengths. At the end of every sub-step. Particles that no spring
-// leads to from one of those have no tether.
+// Limits the distance of a network's particles from their holds. A hold is a fixed or kinematic particle; a particle's hold is
+// the nearest one along whole springs, by their rest lengths. At the end of every sub-step a free particle is at most `stretch`
+// times that length away from its hold. Particles that no chain of springs joins to a hold have no tether.
 struct Tethers {
-  std::size_t network = 0;  // of Scene::networks, none twice
+  std::size_t network = 0;  // index in Scene::networks, none twice
   double stretch = 1;       // >= 1
   bool operator==(const Tethers&) const = default;
 };
 
-// Particles may be where normal . x >= offset; the normal need not be of unit length (the offset then belongs to the unit one).
+// Particles may be where normal . x >= offset. The normal need not have unit length; the offset belongs to the unit normal.
 struct Plane {
   Vec3 normal{0, 1, 0};
   double offset = 0;            // m
   double restitution = 0;       // 0..1
-  double friction = 0;          // Coulomb's coefficient, >= 0; infinite: what touches sticks. So may both viscosities be.
-  double viscosity = 0;         // >= 0: an impact multiplies the tangential velocity by exp(-viscosity)
-  double normal_viscosity = 0;  // >= 0: and the normal one by exp(-normal_viscosity)
+  double friction = 0;          // Coulomb's coefficient, >= 0; infinite: particles stick where they touch
+  double viscosity = 0;         // >= 0 or infinite: an impact multiplies the tangential velocity by exp(-viscosity)
+  double normal_viscosity = 0;  // >= 0 or infinite: an impact multiplies the normal velocity by exp(-normal_viscosity)
   Response response = Response::resume;
   ContactPath sweep = ContactPath::curve;
-  double thickness = 0;  // m, >= 0: particles are kept so far off the surface
-  // m/s, > 0: what is inside when a step begins leaves along the normal at this speed, none of which it keeps; meanwhile its
-  // own velocity along the normal is kept within 0..push_out. None: it is put onto the surface within that step.
+  double thickness = 0;  // m, >= 0: distance that particles keep from the surface
+  // m/s, > 0. A particle that is inside when a step begins leaves along the normal at this speed and keeps none of it as
+  // velocity. Meanwhile its own velocity along the normal is kept within 0..push_out. None: the particle is put onto the
+  // surface within that step.
   std::optional<double> push_out{};
-  std::optional<std::size_t> motion{};  // of Scene::motions, which carries it from where it is written
+  std::optional<std::size_t> motion{};  // index in Scene::motions: carries the surface from its place in the scene
   bool operator==(const Plane&) const = default;
 };
 
-// Particles may be outside (or inside) a sphere; all else as for a plane.
+// Particles may be outside (or inside) a sphere; the other fields are as for a plane.
 struct Sphere {
   Vec3 center{};      // m
   double radius = 1;  // m, > 0
@@ -168,11 +171,11 @@ struct Sphere {
   ContactPath sweep = ContactPath::curve;
   double thickness = 0;
   std::optional<double> push_out{};
-  std::optional<std::size_t> motion{};  // of Scene::motions, which carries it from where it is written
+  std::optional<std::size_t> motion{};  // index in Scene::motions: carries the surface from its place in the scene
   bool operator==(const Sphere&) const = default;
 };
 
-// Particles may be outside the convex hull of two spheres; all else as for a plane.
+// Particles may be outside the convex hull of two spheres; the other fields are as for a plane.
 struct Capsule {
   std::array<Vec3, 2> ends{};          // m, the spheres' centers
   std::array<double, 2> radius{1, 1};  // m, each > 0
@@ -184,11 +187,11 @@ struct Capsule {
   ContactPath sweep = ContactPath::curve;
   double thickness = 0;
   std::optional<double> push_out{};
-  std::optional<std::size_t> motion{};  // of Scene::motions, which carries it from where it is written
+  std::optional<std::size_t> motion{};  // index in Scene::motions: carries the surface from its place in the scene
   bool operator==(const Capsule&) const = default;
 };
 
-// Particles may be outside (or inside) a box; all else as for a plane. Thickness rounds the edges of an outside.
+// Particles may be outside (or inside) a box; the other fields are as for a plane. Thickness rounds the edges of an outside.
 struct OrientedBox {
   Vec3 center{};               // m
   Vec3 half_extents{1, 1, 1};  // m, each > 0
@@ -202,21 +205,21 @@ struct OrientedBox {
   ContactPath sweep = ContactPath::curve;
   double thickness = 0;
   std::optional<double> push_out{};
-  std::optional<std::size_t> motion{};  // of Scene::motions, which carries it from where it is written
+  std::optional<std::size_t> motion{};  // index in Scene::motions: carries the surface from its place in the scene
   bool operator==(const OrientedBox&) const = default;
 };
 
-// A face of a convex body, which is where normal . x <= offset for all of its faces; the normal need not be of unit length (the
-// offset then belongs to the unit one).
+// A face of a convex body. The body is where normal . x <= offset for all of its faces. The normal need not have unit length;
+// the offset belongs to the unit normal.
 struct Face {
   Vec3 normal{0, 1, 0};
   double offset = 0;  // m
   bool operator==(const Face&) const = default;
 };
 
-// Particles may be outside a convex body; all else as for a plane. Thickness moves its faces outwards.
+// Particles may be outside a convex body; the other fields are as for a plane. Thickness moves the faces outwards.
 struct Convex {
-  std::vector<Face> planes;  // 4 to 64, which together bound a body
+  std::vector<Face> planes;  // 4 to 64; together they bound a body
   double restitution = 0;
   double friction = 0;
   double viscosity = 0;
@@ -225,16 +228,16 @@ struct Convex {
   ContactPath sweep = ContactPath::curve;
   double thickness = 0;
   std::optional<double> push_out{};
-  std::optional<std::size_t> motion{};  // of Scene::motions, which carries it from where it is written
+  std::optional<std::size_t> motion{};  // index in Scene::motions: carries the surface from its place in the scene
   bool operator==(const Convex&) const = default;
 };
 
-// Particles may be outside a closed surface of triangles whose faces are turned outwards; all else as for a plane. It is
-// sampled to a grid of its signed distance when the plan is made.
+// Particles may be outside a closed surface of triangles that face outwards; the other fields are as for a plane. compile()
+// samples the surface's signed distance to a grid.
 struct TriangleMesh {
   std::vector<Vec3> vertices;       // m
   std::vector<Triangle> triangles;  // counter-clockwise, seen from outside
-  double cell = 0;                  // m, of the grid; 0: the longest side / 64
+  double cell = 0;                  // m, spacing of the grid; 0: the longest side / 64
   double restitution = 0;
   double friction = 0;
   double viscosity = 0;
@@ -243,7 +246,7 @@ struct TriangleMesh {
   ContactPath sweep = ContactPath::curve;
   double thickness = 0;
   std::optional<double> push_out{};
-  std::optional<std::size_t> motion{};  // of Scene::motions, which carries it from where it is written
+  std::optional<std::size_t> motion{};  // index in Scene::motions: carries the surface from its place in the scene
   bool operator==(const TriangleMesh&) const = default;
 };
 
@@ -257,34 +260,35 @@ struct Gust {
   double phase = 0;
   bool operator==(const Gust&) const = default;
 };
-// The velocity of the air that networks with `aerodynamics` meet: m/s, the gusts added to the mean.
+// Velocity of the air that networks with `aerodynamics` meet, m/s: the mean plus all gusts.
 struct Wind {
   Vec3 mean{};
   std::vector<Gust> gusts{};
   bool operator==(const Wind&) const = default;
 };
 
-// Whether the triangles of cloth meet bodies, beside its particles. A body that is narrower than one and a half times the
-// longest side of a network's triangles at rest would slip between the particles, or nearly so: the nearest point of each
-// triangle takes pulses from it, and gives them to the corners by their weights. A convex body with a tip that is sharp counts
-// as narrow. Planes, surfaces that particles are inside of, meshes, and springs without triangles have no part in it. Where no
-// body is narrow nothing changes.
+// Whether the triangles of cloth meet bodies besides the particles. A body is narrow if its least width is below 1.5 times the
+// longest side of a network's triangles at rest: it would slip between the particles, or nearly so. A convex body with a sharp
+// tip counts as narrow too. The point of each triangle that is nearest to a narrow body takes pulses from it and passes them to
+// the corners by their weights. Planes, meshes, surfaces with the particles inside and springs without triangles take no part.
+// Without narrow bodies nothing changes.
 enum class Faces : std::uint8_t {
-  automatic,  // where a body is narrow
-  never,      // contacts are those of particles alone
+  automatic,  // triangles meet narrow bodies
+  never,      // particles alone meet bodies
 };
 
 struct Scene {
-  Method method = Method::combined;  // of every force that names none
+  Method method = Method::combined;  // for every force that names none
   Scalars mass = 1.0;                // kg, > 0
   std::vector<Force> forces;
   std::vector<Contact> contacts;
   std::vector<Network> networks;
-  Coupling coupling;  // of all networks
+  Coupling coupling;  // for all networks and constraints
   std::vector<Constraint> constraints;
-  std::vector<std::size_t> fixed;  // particles that never move
-  // Positions of a state are measured from here; what the scene itself names (anchors, surfaces, points, lines) stays in the
-  // world's coordinates. One for each particle only where nothing joins particles and there are no contacts.
+  std::vector<std::size_t> fixed;  // particles that never move, ascending
+  // Positions of a state are measured from here. Places in the scene itself (anchors, surfaces, points, lines) are in world
+  // coordinates. One origin for each particle requires a scene without contacts, networks, constraints, kinematic particles,
+  // skins and meet.
   Origin origin{};
   std::vector<Motion> motions;
   std::vector<Kinematic> kinematic;
@@ -333,22 +337,23 @@ struct Scene {
   bool operator==(const Scene&) const = default;
 };
 
-// Places in the scene's lists: what a plan's changes take, beside numbers.
+// Typed indices into the scene's lists. A plan's changes take them or plain numbers.
 enum class ForceId : std::size_t {};
 enum class ContactId : std::size_t {};
 enum class NetworkId : std::size_t {};
 enum class MotionId : std::size_t {};
-enum class PinsId : std::size_t {};  // of Scene::kinematic
+enum class PinsId : std::size_t {};  // into Scene::kinematic
 enum class SkinId : std::size_t {};
 
-// As Scene::add(), and where it stands.
+// Adds as Scene::add() does and returns the element's index.
 DVDX_EXPORT ForceId add_force(Scene& scene, Force force);
 DVDX_EXPORT ContactId add_contact(Scene& scene, Contact contact);
 DVDX_EXPORT NetworkId add_network(Scene& scene, Network network);
 DVDX_EXPORT MotionId add_motion(Scene& scene, Motion motion = {});
-// A body that is driven: it rests where it is written until it is moved.
+// Adds a contact together with a motion that carries it, and returns the motion. The body rests until a program moves it.
 DVDX_EXPORT MotionId add_body(Scene& scene, Contact contact);
-// Particles that are driven, each by itself: they rest where they are when the plan is compiled until they are moved.
+// Adds driven particles, each with a place of its own. They rest where they are when the plan is compiled until a program moves
+// them.
 DVDX_EXPORT PinsId add_pins(Scene& scene, std::vector<std::size_t> particles);
 DVDX_EXPORT SkinId add_skin(Scene& scene, Skin skin);
 

@@ -21,7 +21,7 @@ class Scalars {
   [[nodiscard]] bool is_uniform() const noexcept { return !is_each_; }
   [[nodiscard]] double operator[](std::size_t particle) const noexcept { return is_each_ ? each_[particle] : all_; }
   [[nodiscard]] const std::vector<double>& each() const noexcept { return each_; }
-  // One for each of `count` particles, all what they were; and that of one of them.
+  // make_each() turns a uniform value into `count` equal ones, one a particle. set() requires values each.
   void make_each(std::size_t count) {
     if (is_each_) return;
     each_.assign(count, all_);
@@ -67,8 +67,8 @@ inline constexpr AtStart at_start;
 
 using Anchor = std::variant<Vec3, std::vector<Vec3>, AtStart>;  // m: one for all, one each, or the start
 
-// Where a state's positions are measured from, m: one point for all particles, or one for each. Far from home float32 then
-// keeps the accuracy it has there.
+// The point from which a state's positions are measured, m: one for all particles, or one for each. With an origin nearby,
+// float32 keeps its accuracy far from the world's origin.
 class Origin {
  public:
   Origin() = default;

@@ -26,12 +26,12 @@ double area(const std::array<Vec3, 4>& x, std::size_t corner) {
   return length(cross(difference(x[1], x[0]), difference(x[corner], x[0]))) / 2;
 }
 
-// For an edge x0 x1 between the triangles with x2 and with x3, with the edges e0 = x1 - x0, e1 = x2 - x0, e2 = x3 - x0,
-// e3 = x2 - x1, e4 = x3 - x1 and c_jk the cotangent between e_j and e_k:
+// Returns c for an edge x0 x1 between the triangles with x2 and with x3. With the edges e0 = x1 - x0, e1 = x2 - x0,
+// e2 = x3 - x0, e3 = x2 - x1, e4 = x3 - x1 and the cotangent c_jk between e_j and e_k:
 //   w = sum c_i x_i,   c = (c_03 + c_04, c_01 + c_02, -c_01 - c_03, -c_02 - c_04)
-// is what the gradient of a height over the flat sheet jumps by across the edge, times the edge's length. E = D/2 w^2/(A_2 +
-// A_3) is the energy; the source has three times that, of which a sheet of equal sides has three times the energy of a plate.
-// The sum of c is 0, so that w^2 = -sum over i < j of c_i c_j |x_i - x_j|^2: springs of no rest length and of the stiffness
+// For a height over the flat sheet, w is the jump of its gradient across the edge, times the edge's length. The energy is
+// E = D/2 w^2/(A_2 + A_3). The source has three times that; by it a sheet of equilateral triangles has three times a plate's
+// energy. The sum of c is 0, so w^2 = -sum over i < j of c_i c_j |x_i - x_j|^2: springs of rest length 0 and of the stiffness
 //   q_ij = -D c_i c_j / (A_2 + A_3).
 std::array<double, 4> weights(const std::array<Vec3, 4>& x) {
   const Vec3 e0 = difference(x[1], x[0]);
@@ -61,7 +61,7 @@ class Joined {
     zero_length_[at->second] += q;
   }
 
-  // A pair that was added pulls by its zero_length alone.
+  // Added pairs get stiffness and rest length 0: they pull by zero_length alone.
   void finish(std::size_t before) {
     const std::size_t count = springs_.pairs.size();
     if (count != before) {
@@ -86,7 +86,7 @@ class Joined {
 }  // namespace
 
 void add_bending(Springs& springs, std::span<const Triangle> triangles, std::span<const Vec3> flat, double modulus) {
-  std::map<Pair, std::vector<std::uint32_t>> across;  // of each edge: the corners that face it
+  std::map<Pair, std::vector<std::uint32_t>> across;  // for each edge: the corners that face it
   for (const auto& [a, b, c] : triangles) {
     across[ascending(a, b)].push_back(c);
     across[ascending(b, c)].push_back(a);

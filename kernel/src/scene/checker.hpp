@@ -1,4 +1,4 @@
-// Checks values against their ranges and keeps the first that is wrong: used by all that refuses a scene.
+// Checks values against their ranges and keeps the first error. All code that refuses a scene uses it.
 #pragma once
 
 #include <array>
@@ -26,7 +26,7 @@ inline constexpr std::size_t most_particles = 0xffffffff;
 
 [[nodiscard]] inline std::string text(const Pair& ends) { return std::to_string(ends[0]) + " and " + std::to_string(ends[1]); }
 
-// list[index] of a list of so many.
+// The error of an index into a list of `count` elements.
 [[nodiscard]] inline Error no_such(const std::string& list, std::size_t index, std::size_t count) {
   return {element(list, index), "not there",
           count == 0 ? "of a scene that has some" : "an index below " + std::to_string(count)};
@@ -46,7 +46,7 @@ class Checker {
   void require(bool holds, const std::string& field, const std::string& value, const std::string& valid) {
     if (!holds) fail(field, value, valid);
   }
-  // The fields of a struct at a place. What a key alone says, and what fields say of each other, is checked beside it.
+  // Checks each field of a struct at the path `at`. Callers check Key fields and relations between fields.
   template <class Struct>
   void fields(const std::string& at, const Struct& from) {
     for_each_field<Struct>([&](const auto& field) {
@@ -76,13 +76,13 @@ class Checker {
   void value(const std::string& field, E chosen, const Range& /*range*/) {
     choice(field, chosen, static_cast<E>(words<E>.size() - 1));
   }
-  void value(const std::string& /*field*/, std::size_t /*index*/, const Range& /*range*/) {}  // checked beside its list
+  void value(const std::string& /*field*/, std::size_t /*index*/, const Range& /*range*/) {}  // checked with its list
   void value(const std::string& field, int whole, const Range& range) {
     if (!range.holds(whole)) fail(field, std::to_string(whole), std::string(range.text));
   }
   void value(const std::string& field, const Face& face, const Range& /*range*/) { fields(field, face); }
   void value(const std::string& field, const Gust& gust, const Range& /*range*/) { fields(field, gust); }
-  // With a state alone.
+  // Requires a count: compiled with a state.
   void particle(const std::string& field, std::size_t id) {
     if (id >= *count_) fail(field, std::to_string(id), "a particle id below " + std::to_string(*count_));
   }
@@ -103,7 +103,7 @@ class Checker {
     if (!given.is_uniform()) length(field, given.each().size());
     each(field, given, given.each().size(), "", range);
   }
-  // One for all, or one for each of so many things; valid: how many that is.
+  // Checks one number for all, or one for each of `count` things. valid: the error's text for a wrong number of them.
   void each(const std::string& field, const Scalars& given, std::size_t count, const std::string& valid, const Range& range) {
     if (given.is_uniform()) return value(field, given[0], range);
     if (given.each().size() != count) fail(field, std::to_string(given.each().size()) + " values", valid);

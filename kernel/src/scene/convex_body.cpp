@@ -8,7 +8,7 @@
 namespace dvdx {
 namespace {
 
-// Normals that differ by less are taken for parallel, and points are on a plane up to this part of the body's coordinates.
+// Normals that differ by less count as parallel, and points count as on a plane within this part of the body's coordinates.
 constexpr double tolerance = 1e-9;
 
 }  // namespace
@@ -30,7 +30,7 @@ ConvexBody::ConvexBody(const Convex& convex) {
   if (!std::all_of(faces_.begin(), faces_.end(), has_depth)) fault_ = Fault::empty;
 }
 
-// A body without bound has a direction d, n.d <= 0 for all normals, on an edge of two of its planes.
+// An unbounded body has a direction d with n.d <= 0 for all normals, along an edge of two of its planes.
 bool ConvexBody::is_bounded() const {
   const auto leads_out = [&](const Vec3& d) {
     return std::all_of(faces_.begin(), faces_.end(), [&](const Face& face) { return dot(face.normal, d) <= tolerance; });
@@ -48,7 +48,7 @@ bool ConvexBody::is_bounded() const {
   return has_edge;
 }
 
-// Where three planes meet and all the others have the point behind them.
+// Returns the intersections of three planes that lie behind all other planes.
 std::vector<Vec3> ConvexBody::corners() const {
   std::vector<Vec3> found;
   double size = 0;

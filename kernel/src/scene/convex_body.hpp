@@ -1,4 +1,4 @@
-// The body that planes bound: its corners, a point within it, the ball that holds it.
+// A convex body that planes bound: its corners, a point within it, and the ball around that point that holds it.
 #pragma once
 
 #include <cstddef>
@@ -12,17 +12,17 @@ inline constexpr std::size_t fewest_planes = 4, most_planes = 64;
 
 class ConvexBody {
  public:
-  // From planes with finite normals of some length and finite offsets.
+  // Requires finite normals of length > 0 and finite offsets.
   explicit ConvexBody(const Convex& convex);
 
-  // The reason why there is no such body.
+  // The reason why the planes bound no body.
   enum class Fault { none, empty, unbounded };
   [[nodiscard]] Fault fault() const noexcept { return fault_; }
 
-  [[nodiscard]] const std::vector<Face>& faces() const noexcept { return faces_; }  // unit normals; moved by the thickness
+  [[nodiscard]] const std::vector<Face>& faces() const noexcept { return faces_; }  // unit normals, moved out by the thickness
   [[nodiscard]] const Vec3& center() const noexcept { return center_; }             // within the body, m
   [[nodiscard]] double radius() const noexcept { return radius_; }                  // m, about the center
-  [[nodiscard]] std::vector<Vec3> corners() const;                                  // m; one for each three planes of it
+  [[nodiscard]] std::vector<Vec3> corners() const;                                  // m; one for each three planes that meet
 
  private:
   [[nodiscard]] bool is_bounded() const;

@@ -22,7 +22,7 @@ template <class Value>
 inline constexpr bool may_differ =
     std::is_same_v<Value, Scalars> || std::is_same_v<Value, PerAxis> || std::is_same_v<Value, Anchor>;
 
-// use(name, value) for each such value of a force.
+// Calls use(name, value) for each value of a force that may differ.
 template <class AForce, class Use>
 void for_each_particle_value(AForce& force, const Use& use) {
   for_each_field<std::remove_const_t<AForce>>([&](const auto& field) {
@@ -30,7 +30,7 @@ void for_each_particle_value(AForce& force, const Use& use) {
   });
 }
 
-// The same for a scene: its mass, and the values of its forces as "forces[i].name". Origins are no value of the particles.
+// The same for a scene: its mass, and the values of its forces as "forces[i].name". Origins do not count.
 template <class AScene, class Use>
 void for_each_particle_value_of(AScene& scene, const Use& use) {
   use(std::string("mass"), scene.mass);
@@ -57,23 +57,23 @@ inline bool is_at_start(const Force& force) {
   return is_any;
 }
 
-// Whether some force's anchor is where its particle stood at the start.
+// Whether any force is anchored at each particle's start position.
 inline bool stands_at_start(const Scene& scene) { return std::any_of(scene.forces.begin(), scene.forces.end(), is_at_start); }
 
 // Whether networks or constraints join particles.
 inline bool joins_particles(const Scene& scene) { return !scene.networks.empty() || !scene.constraints.empty(); }
 
-// m/s: the speed at which a contact leads out what is inside, if it does.
+// m/s: the speed at which particles inside a contact leave it, if it has one.
 inline const std::optional<double>& push_out_of(const Contact& contact) {
   return std::visit([](const auto& c) -> const std::optional<double>& { return c.push_out; }, contact);
 }
 
-// The motion that carries a contact, if one does.
+// The motion that carries a contact, if any.
 inline const std::optional<std::size_t>& motion_of(const Contact& contact) {
   return std::visit([](const auto& c) -> const std::optional<std::size_t>& { return c.motion; }, contact);
 }
 
-// Whether the particle is held where it is. The scene is that of a plan, whose list is sorted.
+// Whether the particle is fixed. Requires a sorted list, as a plan's scene has.
 inline bool is_fixed(const Scene& scene, std::size_t particle) {
   return std::binary_search(scene.fixed.begin(), scene.fixed.end(), particle);
 }
@@ -85,7 +85,7 @@ inline bool is_kinematic(const Scene& scene, std::size_t particle) {
   });
 }
 
-// 1/kg of each of so many particles, 0 where it is fixed or kinematic.
+// 1/kg of each of `count` particles, 0 if it is fixed or kinematic.
 inline std::vector<double> inverse_masses(const Scene& scene, std::size_t count) {
   std::vector<double> w(count);
   for (std::size_t i = 0; i < count; ++i) w[i] = 1 / scene.mass[i];
@@ -103,7 +103,7 @@ inline bool is_any_carried(const std::vector<Contact>& contacts) {
 // Whether anything follows a motion.
 inline bool has_followers(const Scene& scene) { return !scene.kinematic.empty() || is_any_carried(scene.contacts); }
 
-// Whether the scene is stepped in working columns, sub-step by sub-step.
+// Whether the scene is stepped in a workspace's columns, sub-step by sub-step.
 inline bool steps_in_columns(const Scene& scene) {
   return joins_particles(scene) || has_followers(scene) || !scene.skins.empty() || scene.meet.has_value();
 }

@@ -8,9 +8,9 @@
 namespace dvdx {
 namespace {
 
-constexpr double most_off = 1e-3;  // of a rotation: lengths and angles of its columns
+constexpr double most_off = 1e-3;  // tolerance of a rotation matrix: of the products of its columns
 
-// By the largest of the four, whose square is at least a quarter.
+// Divides by a component whose square is at least a quarter: w if the trace is above 0, else the largest of the other three.
 Quaternion rotation_of(const Matrix34& m) {
   const double trace = m[0][0] + m[1][1] + m[2][2];
   if (trace > 0) {

@@ -1,4 +1,4 @@
-// Additions to a scene, and where they then stand.
+// Additions to a scene, which return indices.
 #include "dvdx/scene.hpp"
 
 #include <cstddef>

@@ -12,7 +12,7 @@ namespace {
 
 constexpr std::size_t leaf = 4;      // triangles
 constexpr double margin_cells = 3;   // around the mesh
-constexpr double cells_a_side = 64;  // where no cell is asked for
+constexpr double cells_a_side = 64;  // if the mesh gives no cell
 
 struct Extent {
   Vec3 low, high;
@@ -33,7 +33,7 @@ Vec3 area_of(const std::vector<Vec3>& vertices, const Triangle& t) noexcept {
   return cross(difference(vertices[t[1]], vertices[t[0]]), difference(vertices[t[2]], vertices[t[0]]));
 }
 
-// Between two directions, 0 to pi.
+// The angle between two directions, 0 to pi.
 double angle_between(const Vec3& a, const Vec3& b) noexcept {
   const double s = length(cross(a, b));
   const double c = dot(a, b);
@@ -52,14 +52,14 @@ double square_to(const Vec3& low, const Vec3& high, const Vec3& x) noexcept {
   return square;
 }
 
-// An edge of a triangle, in the direction in which that runs through it.
+// An edge of a triangle, in the triangle's direction.
 struct HalfEdge {
   std::uint32_t from, to;
-  std::uint32_t triangle, corner;  // where it starts
+  std::uint32_t triangle, corner;  // the corner where it starts
 };
 bool is_before(const HalfEdge& a, const HalfEdge& b) noexcept { return a.from != b.from ? a.from < b.from : a.to < b.to; }
 
-// Those of all triangles, by their ends.
+// The half-edges of all triangles, sorted by their ends.
 class HalfEdges {
  public:
   explicit HalfEdges(const std::vector<Triangle>& triangles) : triangles_(triangles) {
@@ -75,10 +75,10 @@ class HalfEdges {
     const auto same = [](const HalfEdge& a, const HalfEdge& b) { return a.from == b.from && a.to == b.to; };
     return std::adjacent_find(edges_.begin(), edges_.end(), same) != edges_.end();
   }
-  // As the triangle beside has it, or null.
+  // The same edge in the neighbouring triangle, or null.
   [[nodiscard]] const HalfEdge* reverse_of(const HalfEdge& edge) const noexcept { return find(edge.to, edge.from); }
-  // Whether the triangles about each vertex of a closed surface are one fan, as all edges that start there are met by going
-  // around it from triangle to triangle.
+  // Whether the triangles about each vertex of a closed surface form one fan: going around the vertex from triangle to triangle
+  // meets all edges that start there.
   [[nodiscard]] bool are_fans() const noexcept {
     for (std::size_t first = 0, end = 0; first < edges_.size(); first = end) {
       while (end < edges_.size() && edges_[end].from == edges_[first].from) ++end;
@@ -86,7 +86,7 @@ class HalfEdges {
       const HalfEdge* edge = &edges_[first];
       do {
         const Triangle& beside = triangles_[reverse_of(*edge)->triangle];
-        const std::uint32_t corner = reverse_of(*edge)->corner;  // where that side of it starts
+        const std::uint32_t corner = reverse_of(*edge)->corner;  // where the reverse edge starts
         edge = find(edge->from, beside[(corner + 2) % 3]);
         ++met;
       } while (edge != &edges_[first] && met <= end - first);
@@ -183,7 +183,7 @@ SignedDistance::SignedDistance(const TriangleMesh& mesh)
   }
 }
 
-// Halves triangles along the longest side of the box about them, by their middles.
+// Halves the triangles by their middles along the longest side of their box.
 void SignedDistance::add_node(std::size_t first, std::size_t count) {
   constexpr double infinity = std::numeric_limits<double>::infinity();
   Node node{{infinity, infinity, infinity},
@@ -217,7 +217,8 @@ void SignedDistance::add_node(std::size_t first, std::size_t count) {
   add_node(first + count / 2, count - count / 2);
 }
 
-// The nearest point of a triangle, by the regions of its corners, edges and face (C. Ericson, Real-Time Collision Detection).
+// Takes the triangle's point nearest to x if it is nearer than `nearest`, by the regions of the triangle's corners, edges and
+// face (C. Ericson, Real-Time Collision Detection).
 void SignedDistance::look_at(std::uint32_t triangle, const Vec3& x, Nearest& nearest) const {
   const Triangle& t = triangles_[triangle];
   const Vec3 &a = vertices_[t[0]], &b = vertices_[t[1]], &c = vertices_[t[2]];
@@ -278,7 +279,7 @@ double SignedDistance::at(const Vec3& x, std::uint32_t& triangle) const {
 
 namespace {
 
-// Bounds the slope between the nodes from above: along an axis it is no more than the greatest difference of two neighbours.
+// Returns an upper bound of the slope between the nodes: along an axis it is at most the greatest difference of two neighbours.
 double steepness_of(const DistanceGrid& grid) {
   const auto [nx, ny, nz] = grid.nodes;
   const std::array<std::size_t, 3> strides{1, nx, nx * ny};
@@ -299,7 +300,7 @@ double steepness_of(const DistanceGrid& grid) {
       }
     }
   }
-  return steepest * (1 + 1e-4);  // more than the values' rounding to float32
+  return steepest * (1 + 1e-4);  // the margin exceeds the values' rounding to float32
 }
 
 }  // namespace
@@ -318,7 +319,7 @@ DistanceGrid sampled(const TriangleMesh& mesh) {
   }
   const auto [nx, ny, nz] = grid.nodes;
   grid.values.reserve(nx * ny * nz);
-  std::uint32_t nearest = 0;  // of the node before
+  std::uint32_t nearest = 0;  // the triangle nearest to the node before
   for (std::size_t k = 0; k < nz; ++k) {
     for (std::size_t j = 0; j < ny; ++j) {
       for (std::size_t i = 0; i < nx; ++i) {

@@ -1,4 +1,4 @@
-// Whether a state's columns have memory for all of its particles.
+// Checks whether a state's columns have memory for all of its particles.
 #pragma once
 
 #include <algorithm>
@@ -18,7 +18,7 @@ bool are_short(const std::array<Column<T>, 3>& columns, std::size_t count) noexc
   });
 }
 
-// All that a step reads of a state. A: what the scene is worked out in.
+// Returns true if any column that a step reads is too short. A: the type in which the scene is computed.
 template <class A, class T>
 bool are_columns_short(const State<T>& state) noexcept {
   const bool needs_rests = !std::is_same_v<A, T>;

@@ -1,5 +1,5 @@
-// Numbers in messages and in `explain`. The only place that writes them: the caller's locale, which may have a decimal comma,
-// must not show (printf and streams follow it).
+// Writes all numbers in messages and in `explain`. They must not follow the caller's locale, which may have a decimal comma, as
+// printf and streams do.
 #pragma once
 
 #include <array>
@@ -12,7 +12,7 @@
 
 namespace dvdx {
 
-// Code that makes a plan takes the smallest numbers for 0, as a step does, and would so have them written.
+// Restores the default floating-point environment: code that makes a plan flushes denormals, and would write them as 0.
 class AsTheyAre {
  public:
   AsTheyAre() noexcept {
@@ -27,7 +27,7 @@ class AsTheyAre {
   std::fenv_t callers_;
 };
 
-// The shortest that reads back as the same number.
+// The shortest text that reads back as the same number.
 [[nodiscard]] inline std::string text(double value) {
   const AsTheyAre environment;
   std::array<char, 32> buffer;

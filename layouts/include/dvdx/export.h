@@ -1,4 +1,4 @@
-/* The symbols that a shared library of dvdx shows; everything else in it is hidden. Readable by C. */
+/* Marks the symbols that a shared library of dvdx exports; all others are hidden. Readable by C. */
 #ifndef DVDX_EXPORT_H
 #define DVDX_EXPORT_H
 

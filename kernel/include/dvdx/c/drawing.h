@@ -1,4 +1,4 @@
-// A part of dvdx/dvdx.h: what drawing needs.
+// A part of dvdx/dvdx.h: geometry for drawing.
 #ifndef DVDX_C_DRAWING_H
 #define DVDX_C_DRAWING_H
 
@@ -12,22 +12,22 @@
 extern "C" {
 #endif
 
-// The sum of the normals of the triangles that meet at a particle, each weighed by its area, at unit length; zero where that
-// sum is. The sheet has particles first + row * columns + column; its cells are cut from (row, column) to (row + 1, column +
-// 1). to: three columns of the state's precision for rows * columns numbers, which share no memory with it.
+// Writes the unit normal at each particle: the direction of the area-weighted sum of its triangles' normals; zero if the sum
+// is. The sheet has particles first + row * columns + column; its cells are cut from (row, column) to (row + 1, column + 1).
+// to: three columns of the state's precision for rows * columns numbers; they share no memory with the state.
 DVDX_EXPORT dvdx_status dvdx_grid_normals(size_t rows, size_t columns, size_t first, const dvdx_state* state,
                                           const dvdx_column* to, dvdx_error* error);
-// The same of `count` triangles, three particles each, for every particle of the state: zero where no triangle is.
+// The same for `count` triangles, three particles each, and every particle of the state: zero without a triangle.
 DVDX_EXPORT dvdx_status dvdx_triangle_normals(const uint32_t* corners, size_t count, const dvdx_state* state,
                                               const dvdx_column* to, dvdx_error* error);
 
 typedef struct dvdx_bounds {
-  double least[3];   // m, from the scene's origin; infinite where no particle counts
-  double most[3];    // m
-  size_t particles;  // whose place is finite: those that count
+  double least[3];   // m, from the scene's origin; infinity if no particle counts
+  double most[3];    // m; minus infinity if no particle counts
+  size_t particles;  // counted: those with a finite position
 } dvdx_bounds;
 
-// The box that holds the particles.
+// Computes the box that holds the particles.
 DVDX_EXPORT dvdx_status dvdx_state_bounds(const dvdx_state* state, dvdx_bounds* bounds, dvdx_error* error);
 
 #ifdef __cplusplus

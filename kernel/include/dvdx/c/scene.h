@@ -14,9 +14,9 @@ extern "C" {
 
 typedef struct dvdx_scene dvdx_scene;
 
-// How a force's contribution is worked out.
+// Methods to compute a force's contribution.
 typedef enum dvdx_method {
-  DVDX_METHOD_DEFAULT = 0,  // of a force: the scene's; of a scene: combined; of a coupling: exact
+  DVDX_METHOD_DEFAULT = 0,  // for a force: the scene's; for a scene: combined; for a coupling: exact
   DVDX_COMBINED,            // all affine forces of a particle integrated as one system: exact for any step
   DVDX_EXACT,               // each force alone
   DVDX_AVERAGE_ACCELERATION,
@@ -29,32 +29,32 @@ typedef enum dvdx_sweep { DVDX_SWEEP_CURVE = 0, DVDX_SWEEP_LINE } dvdx_sweep;
 typedef enum dvdx_response { DVDX_RESPONSE_RESUME = 0, DVDX_RESPONSE_SEED } dvdx_response;
 typedef enum dvdx_side { DVDX_OUTSIDE = 0, DVDX_INSIDE } dvdx_side;
 
-// One number for all, or one for each: particle, or pair of a network.
+// One number for all, or one for each particle or each pair of a network.
 typedef struct dvdx_scalars {
   double all;
   const double* each;  // null: `all`
   size_t count;        // of `each`
 } dvdx_scalars;
 
-// One number for all axes, for all particles or for each; or one for each axis.
+// One number for all axes (for all particles, or for each particle), or one for each axis.
 typedef struct dvdx_per_axis {
   double all;
   const double* each;  // null: `all`
   size_t count;        // of `each`
-  const double* axes;  // null, or three numbers that stand in place of the others
+  const double* axes;  // null, or three numbers that replace the others
 } dvdx_per_axis;
 
 typedef enum dvdx_anchoring {
   DVDX_ANCHOR_AT = 0,    // one point for all
   DVDX_ANCHOR_EACH,      // a point for each particle
-  DVDX_ANCHOR_AT_START,  // where each particle is when the plan is made
+  DVDX_ANCHOR_AT_START,  // each particle's position when the plan is made
 } dvdx_anchoring;
 
 typedef struct dvdx_anchor {
   dvdx_anchoring from;
   double at[3];        // m
   const double* each;  // m: x y z of the first particle, x y z of the second, ...
-  size_t count;        // of particles in `each`
+  size_t count;        // particles in `each`
 } dvdx_anchor;
 
 // a = acceleration, m/s^2
@@ -103,19 +103,20 @@ typedef struct dvdx_drag {
   dvdx_method method;
 } dvdx_drag;
 
-// A surface's effect on a particle that meets it.
+// The effect of a surface on a particle that meets it.
 typedef struct dvdx_surface {
   double restitution;       // 0..1
-  double friction;          // Coulomb's coefficient, >= 0; infinite: it sticks where it touches
-  double viscosity;         // >= 0: an impact multiplies the tangential velocity by exp(-viscosity)
-  double normal_viscosity;  // >= 0: and the normal one by exp(-normal_viscosity)
+  double friction;          // Coulomb's coefficient, >= 0; infinite: particles stick where they touch
+  double viscosity;         // >= 0 or infinite: an impact multiplies the tangential velocity by exp(-viscosity)
+  double normal_viscosity;  // >= 0 or infinite: an impact multiplies the normal velocity by exp(-normal_viscosity)
   dvdx_response response;
   dvdx_sweep sweep;
-  double thickness;  // m, >= 0: particles are kept so far off the surface
-  double push_out;   // m/s, > 0: of what is inside when a step begins, none of which it keeps. 0: it is out within that step
+  double thickness;  // m, >= 0: distance that particles keep from the surface
+  // m/s, > 0: speed at which a particle that is inside when a step begins leaves; it keeps none of it. 0: out within that step
+  double push_out;
 } dvdx_surface;
 
-// Particles may be where normal . x >= offset, the normal taken to unit length.
+// Particles may be where normal . x >= offset, for the unit normal.
 typedef struct dvdx_plane {
   double normal[3];  // not zero
   double offset;     // m
@@ -146,63 +147,65 @@ typedef struct dvdx_box {
   dvdx_surface surface;
 } dvdx_box;
 
-// Particles may be outside the body that is where normal . x <= offset for all planes.
+// Particles may be outside a convex body, which is where normal . x <= offset for all planes.
 typedef struct dvdx_convex {
-  const double* planes;  // four numbers each: the normal, taken to unit length, and the offset, m
+  const double* planes;  // four numbers each: the normal, which is normalised, and the offset, m
   size_t count;          // 4 to 64
   dvdx_surface surface;
 } dvdx_convex;
 
-// Particles may be outside a closed surface of triangles, counter-clockwise seen from outside; it is sampled to a grid.
+// Particles may be outside a closed surface of triangles, counter-clockwise seen from outside. It is sampled to a grid.
 typedef struct dvdx_mesh {
   const double* vertices;  // x, y, z of each, m
   size_t count;
-  const uint32_t* triangles;  // three numbers of vertices each
+  const uint32_t* triangles;  // three vertex indices each
   size_t triangle_count;
-  double cell;  // m, of the grid; 0: the longest side / 64
+  double cell;  // m, spacing of the grid; 0: the longest side / 64
   dvdx_surface surface;
 } dvdx_mesh;
 
-// A rigid motion that is given beforehand. A key's pose carries a point p to center + R (p - center) + translation; between
-// keys the translation is linear in time, and the rotation goes evenly, the short way round.
+// A rigid motion that is given beforehand. A key's pose carries a point p to center + R (p - center) + translation. Between
+// keys the translation is linear in time, and the rotation is at a constant angular velocity, the short way round.
 typedef struct dvdx_motion {
   double center[3];    // m
-  const double* keys;  // of each key 7 numbers: time, s; translation, m; rotation vector, rad. Times ascend
-  size_t count;        // keys, at least 1
+  const double* keys;  // 7 numbers a key: time, s; translation, m; rotation vector, rad. Times ascend
+  size_t count;        // number of keys; 0: the motion rests until a program drives it
 } dvdx_motion;
 
-// Particles that nothing acts on: each is where a motion carries the place at which it stood when the plan was made.
+// Particles that follow a motion; no force acts on them. The motion carries each from its place when the plan was made.
 typedef struct dvdx_kinematic {
   const size_t* particles;  // none of them fixed, none twice
   size_t count;
-  size_t motion;  // of the scene's motions, from 0
+  size_t motion;  // index of the scene's motion
 } dvdx_kinematic;
 
-// Points that an animation moves, one for each of these particles, which stay within at_most of them: see Skin in scene.hpp.
+// Points that an animation moves, one for each of the particles. A particle stays within at_most of its point: see Skin in
+// scene.hpp.
 typedef struct dvdx_skin {
   const size_t* particles;  // none twice, none in two skins
   size_t count;
-  const double* points;         // three numbers for each, m, in the world; null: where the particles are when the plan is made
+  const double* points;         // three numbers each, m, in the world; null: the particles' places when the plan is made
   const dvdx_scalars* at_most;  // m >= 0 or infinite, one for all or one for each; null: infinite
 } dvdx_skin;
 
-// A ball behind each point of a skin, which its particle may not enter: its center is offset + radius behind the point.
+// A ball behind each point of a skin that the point's particle must not enter: its center lies offset + radius behind the
+// point.
 typedef struct dvdx_backstop {
-  size_t skin;            // of the scene's skins, from 0
-  const double* normals;  // three numbers for all (count 1), or for each particle: they lead out of the skin, of any length
+  size_t skin;            // index of the scene's skin
+  const double* normals;  // three numbers for all (count 1) or for each particle; they point out of the skin, of any length > 0
   size_t count;
   dvdx_scalars offset;  // m >= -at_most
   dvdx_scalars radius;  // m > 0
 } dvdx_backstop;
 
-// Every particle of a network is at most `stretch` times so far from the fixed or kinematic one that is nearest along whole
-// springs.
+// Limits the distance of a network's particles from the nearest fixed or kinematic one along whole springs: to `stretch` times
+// the rest length of that path.
 typedef struct dvdx_tethers {
-  size_t network;  // of the scene's networks, from 0
+  size_t network;  // index of the scene's network
   double stretch;  // >= 1
 } dvdx_tethers;
 
-// The fate of pairs that are nearer at the start than they want to be.
+// Treatment of pairs that are nearer at the start than their wanted distance.
 typedef enum dvdx_near_at_start {
   DVDX_NEAR_AT_START_BY_KIND = 0,  // balls meet, cloth passes
   DVDX_NEAR_AT_START_MEET,         // they are pushed apart
@@ -211,21 +214,21 @@ typedef enum dvdx_near_at_start {
 
 // Particles that stay apart: balls, or particles of networks. See Meet in meet.hpp.
 typedef struct dvdx_meet {
-  const dvdx_scalars* radius;  // m > 0, of balls, one for all or one for each; null: of cloth
-  double thickness;            // m > 0, of cloth and ropes; 0: of balls, or by part_of_cells
+  const dvdx_scalars* radius;  // m > 0, for balls, one for all or one for each; null: cloth
+  double thickness;            // m > 0, for cloth and ropes; 0: balls, or by part_of_cells
   double restitution;          // 0..1
   double friction;             // >= 0
   int rounds;                  // 1..64 a sub-step; 0: 12
   int most_neighbours;         // 1..255; 0: 24
   dvdx_near_at_start near_at_start;
-  double part_of_cells;  // > 0 and < 1, of cloth of a thickness for each particle; 0: of one thickness, or of balls
+  double part_of_cells;  // > 0 and < 1, for cloth with a thickness for each particle; 0: one thickness, or balls
 } dvdx_meet;
 
-// Which of them meet: groups, each with itself only where that is said.
+// The groups that meet. A group meets itself only if the pair is listed.
 typedef struct dvdx_meet_groups {
   const uint16_t* of;    // each particle's group, below 1024
   size_t count;          // particles
-  const uint16_t* meet;  // two groups that meet, the next two, ...
+  const uint16_t* meet;  // pairs of groups that meet, one after the other
   size_t pair_count;
 } dvdx_meet_groups;
 
@@ -243,7 +246,7 @@ typedef struct dvdx_grid {
 
 // Springs between any particles.
 typedef struct dvdx_springs {
-  const uint32_t* pairs;            // both ends of the first spring, both of the second, ...
+  const uint32_t* pairs;            // both ends of the first spring, both ends of the second, ...
   size_t count;                     // springs
   dvdx_scalars stiffness;           // N/m >= 0
   const dvdx_scalars* rest_length;  // m >= 0; null: each pair's distance when the plan is made
@@ -252,33 +255,33 @@ typedef struct dvdx_springs {
 
 // The air that a network's triangles meet: see Aerodynamics in network.hpp.
 typedef struct dvdx_aerodynamics {
-  size_t network;             // of the scene's networks, from 0
+  size_t network;             // index of the scene's network
   double density;             // kg/m^3 >= 0
   double drag, lift;          // 0..1e6
-  const uint32_t* triangles;  // of springs: three particles of the first, three of the second, ...; of a grid null
+  const uint32_t* triangles;  // for springs: three particles of the first, three of the second, ...; for a grid null
   size_t count;               // triangles
 } dvdx_aerodynamics;
 
-// Bend of a mesh by the angles across its edges, in leapfrog and fourth_order: see add_bending in bending.hpp.
+// Bending resistance of a mesh by the angles across its edges, for leapfrog and fourth_order: see add_bending in bending.hpp.
 typedef struct dvdx_bending {
-  size_t network;             // of the scene's networks, from 0: springs
+  size_t network;             // index of the scene's network, which is springs
   double modulus;             // N m >= 0: bending stiffness
   const uint32_t* triangles;  // three particles of the first, three of the second, ...
   size_t triangle_count;
-  const double* flat;  // m: x, y and z of each particle where the sheet is not bent
+  const double* flat;  // m: x, y and z of each particle in the unbent sheet
   size_t count;        // particles
 } dvdx_bending;
 
 // The velocity of the air at time t: mean + sum of amplitude sin(angular_frequency t + phase).
 typedef struct dvdx_wind {
   double mean[3];       // m/s
-  const double* gusts;  // of each gust 5 numbers: amplitude, m/s; angular frequency, rad/s; phase, rad
+  const double* gusts;  // 5 numbers a gust: amplitude (3), m/s; angular frequency, rad/s; phase, rad
   size_t count;         // gusts
 } dvdx_wind;
 
 typedef enum dvdx_bound { DVDX_EQUAL = 0, DVDX_AT_MOST, DVDX_AT_LEAST } dvdx_bound;
 
-// The distance of pairs is held to a length: rods, ropes, strain limits.
+// Holds the distance of pairs to a length: rods, ropes, strain limits.
 typedef struct dvdx_distance {
   const uint32_t* pairs;
   size_t count;                // pairs
@@ -311,31 +314,31 @@ typedef enum dvdx_pair_axis { DVDX_PAIR_AXIS_MIDPOINT = 0, DVDX_PAIR_AXIS_START 
 // How all networks and constraints of a scene are stepped.
 typedef struct dvdx_coupling {
   dvdx_scheme scheme;
-  int substeps;  // 1..1000000 a step; 0: the fewest that the scheme's limit allows, or of sequential its estimated error
-  double theta;  // 0.5..1 of sequential; 0: none, which with symmetric sweeps is generalized alpha and with forward ones 1
+  int substeps;  // 1..1000000 a step; 0: the fewest that the scheme's limit allows, for sequential its estimated error
+  double theta;  // 0.5..1, for sequential; 0: none, that is generalized alpha with symmetric sweeps, and 1 with forward sweeps
   dvdx_sweeps sweeps;
-  dvdx_lines lines;    // of symmetric sweeps without theta
-  dvdx_method method;  // of accumulate
+  dvdx_lines lines;    // for symmetric sweeps without theta
+  dvdx_method method;  // for accumulate
   dvdx_pair_axis axis;
-  int iterations;          // 1..1000 a sub-step, of constraints that share particles; 0: 8
-  double longest_substep;  // s, of networks by sequential without substeps; 0: as the estimated error asks for
-  int most_substeps;       // 1..1000000 a step, for frames that come late: see Coupling in network.hpp; 0: no limit
+  int iterations;          // 1..1000 a sub-step, for constraints that share particles; 0: 8
+  double longest_substep;  // s, for networks by sequential without substeps; 0: by the estimated error
+  int most_substeps;       // 1..1000000 a step, for late frames: see Coupling in network.hpp; 0: no limit
 } dvdx_coupling;
 
-// An empty scene. Pass DVDX_ABI_VERSION: DVDX_ABI_DIFFERS where the library is another than the header.
+// Makes an empty scene. Pass DVDX_ABI_VERSION; DVDX_ABI_DIFFERS if the library's is another.
 DVDX_EXPORT dvdx_status dvdx_scene_create(int abi_version, dvdx_scene** scene, dvdx_error* error);
 // A null pointer is fine.
 DVDX_EXPORT void dvdx_scene_destroy(dvdx_scene* scene);
 
-// Values are checked when a plan is made, choices and null pointers at once.
+// Choices and null pointers are checked at once, values when a plan is made.
 DVDX_EXPORT dvdx_status dvdx_scene_set_method(dvdx_scene* scene, dvdx_method method, dvdx_error* error);
-// kg > 0; 1 where never set
+// kg > 0; 1 if never set
 DVDX_EXPORT dvdx_status dvdx_scene_set_mass(dvdx_scene* scene, const dvdx_scalars* mass, dvdx_error* error);
 DVDX_EXPORT dvdx_status dvdx_scene_set_coupling(dvdx_scene* scene, const dvdx_coupling* coupling, dvdx_error* error);
 // Particles that never move, in ascending order.
 DVDX_EXPORT dvdx_status dvdx_scene_set_fixed(dvdx_scene* scene, const size_t* particles, size_t count, dvdx_error* error);
 
-// Where a state's positions are measured from, m: three numbers for all (count 1), or three for each particle.
+// The point from which a state's positions are measured, m: three numbers for all (count 1), or three for each particle.
 DVDX_EXPORT dvdx_status dvdx_scene_set_origin(dvdx_scene* scene, const double* origin, size_t count, dvdx_error* error);
 
 DVDX_EXPORT dvdx_status dvdx_scene_add_constant(dvdx_scene* scene, const dvdx_constant* force, dvdx_error* error);
@@ -353,30 +356,30 @@ DVDX_EXPORT dvdx_status dvdx_scene_add_convex(dvdx_scene* scene, const dvdx_conv
 DVDX_EXPORT dvdx_status dvdx_scene_add_mesh(dvdx_scene* scene, const dvdx_mesh* contact, dvdx_error* error);
 
 DVDX_EXPORT dvdx_status dvdx_scene_add_motion(dvdx_scene* scene, const dvdx_motion* motion, dvdx_error* error);
-// To key `key` of a motion that is there, no way leads from the key before: its pose is held until then, and nothing between is
+// Key `key` of an existing motion becomes a jump: the pose of the key before is held until its time, and nothing between is
 // swept.
 DVDX_EXPORT dvdx_status dvdx_scene_set_jump(dvdx_scene* scene, size_t motion, size_t key, dvdx_error* error);
 DVDX_EXPORT dvdx_status dvdx_scene_add_kinematic(dvdx_scene* scene, const dvdx_kinematic* followers, dvdx_error* error);
-// A contact that is there follows a motion, which carries it from where it was added. Both count from 0.
+// An existing contact follows a motion, which carries it from its place in the scene. Both indices count from 0.
 DVDX_EXPORT dvdx_status dvdx_scene_set_contact_motion(dvdx_scene* scene, size_t contact, size_t motion, dvdx_error* error);
 
 DVDX_EXPORT dvdx_status dvdx_scene_add_skin(dvdx_scene* scene, const dvdx_skin* skin, dvdx_error* error);
-// Sets the backstop of a skin that is there, in place of the one that it had.
+// Sets the backstop of an existing skin, in place of any former one.
 DVDX_EXPORT dvdx_status dvdx_scene_set_backstop(dvdx_scene* scene, const dvdx_backstop* backstop, dvdx_error* error);
-// A skin that is there follows a motion, which carries its points and normals. Both count from 0.
+// An existing skin follows a motion, which carries its points and normals. Both indices count from 0.
 DVDX_EXPORT dvdx_status dvdx_scene_set_skin_motion(dvdx_scene* scene, size_t skin, size_t motion, dvdx_error* error);
 DVDX_EXPORT dvdx_status dvdx_scene_add_tethers(dvdx_scene* scene, const dvdx_tethers* tethers, dvdx_error* error);
 
 DVDX_EXPORT dvdx_status dvdx_scene_set_meet(dvdx_scene* scene, const dvdx_meet* meet, dvdx_error* error);
-// Particles meet already: dvdx_scene_set_meet() comes first.
+// Requires a former dvdx_scene_set_meet().
 DVDX_EXPORT dvdx_status dvdx_scene_set_meet_groups(dvdx_scene* scene, const dvdx_meet_groups* groups, dvdx_error* error);
 
 DVDX_EXPORT dvdx_status dvdx_scene_add_grid(dvdx_scene* scene, const dvdx_grid* network, dvdx_error* error);
 DVDX_EXPORT dvdx_status dvdx_scene_add_springs(dvdx_scene* scene, const dvdx_springs* network, dvdx_error* error);
 
-// A network that is there meets air; replaces what it met before.
+// Sets the aerodynamics of an existing network, in place of any former ones.
 DVDX_EXPORT dvdx_status dvdx_scene_set_aerodynamics(dvdx_scene* scene, const dvdx_aerodynamics* air, dvdx_error* error);
-// A network that is there bends by angles from now on, besides what it did before.
+// Adds bending by angles to an existing network, besides the springs that it has.
 DVDX_EXPORT dvdx_status dvdx_scene_add_bending(dvdx_scene* scene, const dvdx_bending* bending, dvdx_error* error);
 DVDX_EXPORT dvdx_status dvdx_scene_set_wind(dvdx_scene* scene, const dvdx_wind* wind, dvdx_error* error);
 // Whether the triangles of cloth meet bodies that are narrow (the default), or never: see Faces in scene.hpp.

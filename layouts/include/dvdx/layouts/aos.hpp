@@ -15,8 +15,8 @@ Column<T> field(T* first, std::size_t struct_bytes, std::size_t n) noexcept {
   return {first, static_cast<std::ptrdiff_t>(struct_bytes), 1, n};
 }
 
-// A view of n structs that hold position and velocity as three consecutive T each, wherever the first ones stand. Bytes other
-// than those of these six numbers are never read or written: other threads may use them meanwhile.
+// A view of n structs that hold position and velocity as three consecutive T each, at any place within them. Other bytes of the
+// structs are never read or written: other threads may use them meanwhile.
 template <class T>
 State<T> aos(T* first_position, T* first_velocity, std::size_t struct_bytes, std::size_t n) noexcept {
   State<T> state{.x = {}, .v = {}, .count = n, .clock = {}};
@@ -27,7 +27,7 @@ State<T> aos(T* first_position, T* first_velocity, std::size_t struct_bytes, std
   return state;
 }
 
-// The numbers of a vector of three: T[3], a type with value_type (std::array, glm::vec3, Eigen::Vector3f), or a struct that
+// The number type of a vector of three: T[3], a type with value_type (std::array, glm::vec3, Eigen::Vector3f), or a struct that
 // begins with x.
 template <class Vector>
 struct NumberOf {
@@ -47,7 +47,7 @@ struct NumberOf<Vector> {
 //   struct Particle { glm::vec3 position; float age; glm::vec3 velocity; };
 //   std::vector<Particle> particles(n);
 //   auto state = dvdx::aos(particles, &Particle::position, &Particle::velocity);
-// Both fields are vectors of three floats or of three doubles and nothing else.
+// Both fields must be vectors of exactly three floats or three doubles.
 template <class Particle, class Position, class Velocity>
 auto aos(std::span<std::type_identity_t<Particle>> particles, Position Particle::*position,
          Velocity Particle::*velocity) noexcept {

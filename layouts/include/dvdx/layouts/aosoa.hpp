@@ -7,8 +7,8 @@
 
 namespace dvdx {
 
-// A view of the caller's tiles: tile j holds x[Tile], y[Tile], z[Tile], vx[Tile], vy[Tile], vz[Tile]. The last tile is a whole
-// tile in memory, so its unused elements are padding that a step may touch.
+// A view of the caller's tiles: tile j holds x[Tile], y[Tile], z[Tile], vx[Tile], vy[Tile], vz[Tile]. The last tile is whole in
+// memory; its unused elements are padding that a step may overwrite.
 template <std::size_t Tile, class T>
 State<T> aosoa(T* tiles, std::size_t n) noexcept {
   static_assert(Tile == 8 || Tile == 16);

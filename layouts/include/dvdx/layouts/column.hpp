@@ -7,13 +7,13 @@
 
 namespace dvdx {
 
-// Element i stands at  base + (i / run) * stride + (i % run) * sizeof(T)  bytes.
+// Element i lies at  base + (i / run) * stride + (i % run) * sizeof(T)  bytes.
 //   structure of arrays   run = contiguous, stride unused
 //   array of structures   run = 1,          stride = sizeof(struct)
 //   tiles (AoSoA)         run = tile width, stride = bytes of a tile
-// `capacity` says how many elements may be touched: elements from the particle count up to `capacity` are padding that a
-// step may overwrite with anything. A view over memory that is exactly full has capacity == count, and nothing behind it is
-// read or written. base must be aligned to alignof(T), and so must every element (stride a multiple of alignof(T)).
+// `capacity` is the number of elements that may be touched: elements from the particle count up to `capacity` are padding that
+// a step may overwrite with anything. A view of memory that is exactly full has capacity == count; nothing behind it is read or
+// written. base must be aligned to alignof(T), and so must every element (stride is a multiple of alignof(T)).
 template <class T>
 struct Column {
   static_assert(std::is_floating_point_v<std::remove_const_t<T>>);
@@ -21,7 +21,7 @@ struct Column {
 
   T* base = nullptr;
   std::ptrdiff_t stride = 0;     // bytes from a run to the next
-  std::size_t run = contiguous;  // elements that stand side by side; a power of two, or `contiguous`
+  std::size_t run = contiguous;  // consecutive elements: a power of two, or `contiguous`
   std::size_t capacity = 0;      // elements that may be touched
 
   [[nodiscard]] bool is_contiguous() const noexcept { return run == contiguous; }

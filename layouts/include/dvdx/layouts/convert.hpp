@@ -1,4 +1,4 @@
-// From one layout to another, particle by particle. A step copies by a wide pass: flow/layout.hpp in kernel/src.
+// Converts between layouts, particle by particle. A step copies by a wide pass: flow/layout.hpp in kernel/src.
 #pragma once
 
 #include <algorithm>
@@ -40,14 +40,14 @@ void scatter(const From* in, std::size_t first, std::size_t n, const Column<To>&
   for_each_element(column, first, n, [in](To& element, std::size_t k) { element = static_cast<To>(in[k]); });
 }
 
-// The rest of a number that float32 cannot hold, itself a float32; 0 beside a value that is not finite.
+// The part of a number that its float32 value cannot hold, as a float32; 0 if the value is not finite.
 inline float residual_of(double number, float value) noexcept {
   const double rest = number - static_cast<double>(value);
   return std::isfinite(value) ? static_cast<float>(rest) : 0.0F;
 }
 
-// Copies all particles and the clock. Both states must hold the same count; the layouts and scalar types may differ. Residuals
-// are added where only `from` has them, and made where only `to` has.
+// Copies all particles and the clock. Both states must hold the same count; layouts and scalar types may differ. Residuals of
+// `from` are added to its values; `to` gets residuals if it has columns for them and is float.
 template <class To, class From>
 void copy(const State<From>& from, State<To>& to) noexcept {
   const auto copy_column = [](const Column<From>& source, const Column<To>& target, std::size_t first, std::size_t n) {
@@ -77,7 +77,7 @@ void copy(const State<From>& from, State<To>& to) noexcept {
       copy_sum(from.v[axis], from.v_rest[axis], to.v[axis], to.v_rest[axis]);
     }
   } else {
-    constexpr std::size_t together = 256;  // particles, all of whose columns are copied while their structs are in cache
+    constexpr std::size_t together = 256;  // particles; their columns are copied together while their structs are in cache
     for (std::size_t first = 0; first < from.count; first += together) {
       const std::size_t n = std::min(together, from.count - first);
       for (std::size_t axis = 0; axis < 3; ++axis) {

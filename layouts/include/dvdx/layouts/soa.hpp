@@ -10,8 +10,8 @@
 
 namespace dvdx {
 
-// The library's buffers are aligned to a cache line and padded to whole lines of the widest lane on every ISA, so that a
-// buffer's layout never depends on the build or on the machine.
+// The library's buffers are aligned to a cache line and padded to whole lines, the widest register, on every ISA: a buffer's
+// layout never depends on the build or on the machine.
 inline constexpr std::size_t alignment = 64;  // bytes
 template <class T>
 inline constexpr std::size_t padding = alignment / sizeof(T);  // 16 floats, 8 doubles
@@ -21,8 +21,8 @@ constexpr std::size_t padded(std::size_t count) noexcept {
   return (count + padding<T> - 1) / padding<T> * padding<T>;
 }
 
-// Elements from one of our columns to the next: never near a multiple of 4096 bytes, at which streams that are read and
-// written side by side take each other for the same memory.
+// Elements from one column of the library's buffers to the next. The pitch is never near a multiple of 4096 bytes: at such
+// distances the processor takes a load and a store for the same address (4K aliasing).
 template <class T>
 constexpr std::size_t column_pitch(std::size_t count) noexcept {
   constexpr std::size_t page = 4096 / sizeof(T);
@@ -30,8 +30,8 @@ constexpr std::size_t column_pitch(std::size_t count) noexcept {
   return (padded<T>(count) + page - 1 - sixth) / page * page + sixth;
 }
 
-// Owns an array that is aligned to a cache line. (A unique_ptr with a deleter would ask for <memory>, which takes a compiler as
-// long as half of our headers.)
+// Owns an array that is aligned to a cache line. (A unique_ptr with a deleter would need <memory>, which takes a compiler as
+// long as half of dvdx's headers.)
 template <class T>
 class AlignedArray {
  public:
@@ -61,7 +61,7 @@ class AlignedArray {
   Memory memory_{};
 };
 
-// count zeros, aligned to 64 bytes. Throws std::bad_alloc where there is no memory: for set-up code, never inside a step.
+// Returns count zeros, aligned to 64 bytes. Throws std::bad_alloc if there is no memory: for set-up code, never inside a step.
 template <class T>
 DVDX_EXPORT AlignedArray<T> aligned_array(std::size_t count, const Memory& memory = {});
 
@@ -74,7 +74,7 @@ State<T> soa(T* x, T* y, T* z, T* vx, T* vy, T* vz, std::size_t n) noexcept {
           .clock = {}};
 }
 
-// Owning buffers, aligned and padded; the padding may be touched by a step.
+// Owning buffers, aligned and padded; a step may overwrite the padding.
 template <class T>
 class DVDX_EXPORT Soa {
  public:

@@ -1,4 +1,4 @@
-// A fingerprint of a state.
+// A hash of a state.
 #pragma once
 
 #include <cstdint>
@@ -14,7 +14,7 @@ namespace dvdx {
 template <class T>
 [[nodiscard]] DVDX_EXPORT std::uint64_t state_hash(const State<T>& state) noexcept;
 
-// That of more particles, where `before` is that of all before them.
+// Continues a hash: `before` is the hash of all particles before these, or empty_state_hash.
 inline constexpr std::uint64_t empty_state_hash = 0xCBF29CE484222325U;
 template <class T>
 [[nodiscard]] DVDX_EXPORT std::uint64_t state_hash(const State<T>& state, std::uint64_t before) noexcept;
