@@ -8,7 +8,7 @@
 
 #include "dvdx/live.hpp"
 #include "kernel/living.hpp"
-#include "lifecycle/lifecycle.hpp"
+#include "lifecycle/compiled_lifecycle.hpp"
 #include "support/batch.hpp"
 #include "support/close.hpp"
 
@@ -45,29 +45,29 @@ TEST_CASE("births are exact over long times, whatever the decimals of rate and s
         Case{1e6, 0.01, 777, 7'770'000}, Case{0, 0.01, 1000, 0}, Case{7, 1.0 / 60, 3600, 420}}) {
     Clock clock;
     clock.advance(step, static_cast<double>(steps));
-    CHECK(births_by({.rate = rate}, clock).whole == births);
+    CHECK(births_until({.rate = rate}, clock).whole == births);
     Clock before;
     before.advance(step, static_cast<double>(steps) - 1);
-    CHECK((rate == 0 || births_by({.rate = rate}, before).whole < births));
+    CHECK((rate == 0 || births_until({.rate = rate}, before).whole < births));
   }
 }
 
 TEST_CASE("an emitter works from its start to its end") {
   const Emitter emitter{.rate = 10, .start = 1, .end = 2.55};
-  const auto by = [&](double seconds) { return births_by(emitter, {.seconds = seconds, .carry = 0}).whole; };
+  const auto by = [&](double seconds) { return births_until(emitter, {.seconds = seconds, .carry = 0}).whole; };
   CHECK(by(0) == 0);
   CHECK(by(1) == 0);
   CHECK(by(1.1) == 1);
   CHECK(by(2.5) == 15);
   CHECK(by(1e9) == 15);
   const Emitter burst{.rate = 160'000, .start = 1.2, .end = 1.25};  // the difference of which is not what its decimals say
-  CHECK(births_by(burst, {.seconds = 2, .carry = 0}).whole == 8000);
+  CHECK(births_until(burst, {.seconds = 2, .carry = 0}).whole == 8000);
 }
 
 // Times and rates are taken for what they are to 2^-50 of themselves: sums of that size are only right to their last bit.
 TEST_CASE("a birth belongs to a time that is earlier by its rounding, and to none that is earlier than that") {
   const Emitter emitter{.rate = 1};
-  const auto by = [&](double seconds) { return births_by(emitter, {.seconds = seconds, .carry = 0}).whole; };
+  const auto by = [&](double seconds) { return births_until(emitter, {.seconds = seconds, .carry = 0}).whole; };
   for (const double number : {1.0, 2.0, 1024.0}) {  // (1 - 2^-50) (1 + 2^-50) = 1 - 2^-100 is below 1
     const double early = number * (1 - 0x1p-50);
     CHECK(by(early) == static_cast<std::uint64_t>(number) - 1);

@@ -13,7 +13,7 @@
 #include "dvdx/counter_random.hpp"
 #include "dvdx/live.hpp"
 #include "kernel/living.hpp"
-#include "lifecycle/lifecycle.hpp"
+#include "lifecycle/compiled_lifecycle.hpp"
 #include "support/batch.hpp"
 #include "support/scenes.hpp"
 #include "support/threads.hpp"

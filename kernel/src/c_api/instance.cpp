@@ -28,7 +28,7 @@ constexpr int arrivals = 2;
 
 // Calls change(the instance as C++ has it).
 template <class Change>
-dvdx_status changed_in(dvdx_instance* instance, dvdx_error* error, const Change& change) {
+dvdx_status apply_change(dvdx_instance* instance, dvdx_error* error, const Change& change) {
   if (instance == nullptr) return missing(error, "instance");
   return guarded(error, [&] { return std::visit([&](auto& i) { return done_or(error, change(i)); }, instance->instance); });
 }
@@ -65,19 +65,19 @@ void dvdx_instance_destroy(dvdx_instance* instance) { destroy_handle(instance); 
 dvdx_status dvdx_instance_move_body(dvdx_instance* instance, size_t motion, const double* translation, const double* rotation,
                                     dvdx_arrival arrival, dvdx_error* error) {
   if (translation == nullptr) return missing(error, "translation");
-  return changed_in(instance, error, [&](auto& i) {
+  return apply_change(instance, error, [&](auto& i) {
     return i.move(dvdx::MotionId{motion}, pose_of(translation, rotation), arrival_of(arrival));
   });
 }
 dvdx_status dvdx_instance_move_pins(dvdx_instance* instance, size_t pins, const double* places, size_t count,
                                     dvdx_arrival arrival, dvdx_error* error) {
-  return changed_in(instance, error, [&](auto& i) {
+  return apply_change(instance, error, [&](auto& i) {
     return i.move(dvdx::PinsId{pins}, points_of(places, count, "places"), arrival_of(arrival));
   });
 }
 dvdx_status dvdx_instance_move_skin(dvdx_instance* instance, size_t skin, const double* points, const double* normals,
                                     size_t count, dvdx_arrival arrival, dvdx_error* error) {
-  return changed_in(instance, error, [&](auto& i) {
+  return apply_change(instance, error, [&](auto& i) {
     const auto given = normals != nullptr ? points_of(normals, count, "normals") : dvdx::Points();
     return i.move(dvdx::SkinId{skin}, points_of(points, count, "points"), given, arrival_of(arrival));
   });
@@ -85,11 +85,11 @@ dvdx_status dvdx_instance_move_skin(dvdx_instance* instance, size_t skin, const 
 
 dvdx_status dvdx_instance_set_wind(dvdx_instance* instance, const dvdx_wind* wind, dvdx_error* error) {
   if (wind == nullptr) return missing(error, "wind");
-  return changed_in(instance, error, [&](auto& i) { return i.set_wind(wind_of(*wind)); });
+  return apply_change(instance, error, [&](auto& i) { return i.set_wind(wind_of(*wind)); });
 }
 
 dvdx_status dvdx_instance_step(dvdx_instance* instance, double step, const dvdx_parallel* parallel, dvdx_error* error) {
-  return changed_in(instance, error, [&](auto& i) { return i.step(step, threads_of(parallel)); });
+  return apply_change(instance, error, [&](auto& i) { return i.step(step, threads_of(parallel)); });
 }
 
 dvdx_status dvdx_instances_step(dvdx_instance* const* instances, size_t count, const double* frame_times, size_t time_count,
@@ -118,7 +118,7 @@ dvdx_status dvdx_instances_step(dvdx_instance* const* instances, size_t count, c
 
 dvdx_status dvdx_instance_advance(dvdx_instance* instance, double frame_time, size_t most, size_t* steps,
                                   const dvdx_parallel* parallel, dvdx_error* error) {
-  return changed_in(instance, error, [&](auto& i) -> dvdx::Expected<void> {
+  return apply_change(instance, error, [&](auto& i) -> dvdx::Expected<void> {
     const auto made = i.advance(frame_time, most, threads_of(parallel));
     if (!made) return tl::unexpected(made.error());
     if (steps != nullptr) *steps = *made;
@@ -140,7 +140,7 @@ dvdx_status dvdx_instance_blend(const dvdx_instance* instance, const dvdx_state*
 dvdx_status dvdx_instance_teleport(dvdx_instance* instance, const double* translation, const double* rotation,
                                    dvdx_error* error) {
   if (translation == nullptr) return missing(error, "translation");
-  return changed_in(instance, error, [&](auto& i) { return i.teleport(pose_of(translation, rotation)); });
+  return apply_change(instance, error, [&](auto& i) { return i.teleport(pose_of(translation, rotation)); });
 }
 
 dvdx_status dvdx_instance_check(const dvdx_instance* instance, dvdx_state_check* check, dvdx_error* error) {

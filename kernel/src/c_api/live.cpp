@@ -259,7 +259,7 @@ namespace {
 
 // Calls change(the plan as C++ has it).
 template <class Change>
-dvdx_status changed_life(dvdx_live_plan* plan, dvdx_error* error, const Change& change) {
+dvdx_status apply_change(dvdx_live_plan* plan, dvdx_error* error, const Change& change) {
   if (plan == nullptr) return missing(error, "plan");
   return guarded(error, [&] { return std::visit([&](auto& p) { return done_or(error, change(p)); }, plan->plan); });
 }
@@ -274,35 +274,35 @@ const auto& one_of(const List& list, std::size_t from, const char* kind) {
 
 dvdx_status dvdx_live_plan_set_pose(dvdx_live_plan* plan, size_t motion, const double* translation, const double* rotation,
                                     dvdx_error* error) {
-  const auto changed = [&](const auto& change) { return changed_life(plan, error, change); };
-  return drive_pose(changed, motion, translation, rotation, dvdx::Arrival::moving);
+  const auto apply = [&](const auto& change) { return apply_change(plan, error, change); };
+  return drive_pose(apply, motion, translation, rotation, dvdx::Arrival::moving);
 }
 dvdx_status dvdx_live_plan_jump_pose(dvdx_live_plan* plan, size_t motion, const double* translation, const double* rotation,
                                      dvdx_error* error) {
-  const auto changed = [&](const auto& change) { return changed_life(plan, error, change); };
-  return drive_pose(changed, motion, translation, rotation, dvdx::Arrival::jump);
+  const auto apply = [&](const auto& change) { return apply_change(plan, error, change); };
+  return drive_pose(apply, motion, translation, rotation, dvdx::Arrival::jump);
 }
 dvdx_status dvdx_live_plan_set_wind(dvdx_live_plan* plan, const dvdx_wind* wind, dvdx_error* error) {
   if (wind == nullptr) return missing(error, "wind");
-  return changed_life(plan, error, [&](auto& p) { return p.set_wind(wind_of(*wind)); });
+  return apply_change(plan, error, [&](auto& p) { return p.set_wind(wind_of(*wind)); });
 }
 dvdx_status dvdx_live_plan_set_step(dvdx_live_plan* plan, double step, dvdx_error* error) {
-  return changed_life(plan, error, [&](auto& p) { return p.set_step(step); });
+  return apply_change(plan, error, [&](auto& p) { return p.set_step(step); });
 }
 dvdx_status dvdx_live_plan_set_force(dvdx_live_plan* plan, size_t index, const dvdx_scene* scene, size_t from,
                                      dvdx_error* error) {
   if (scene == nullptr) return missing(error, "scene");
-  return changed_life(plan, error, [&](auto& p) { return p.set_force(index, one_of(scene->scene.forces, from, "forces")); });
+  return apply_change(plan, error, [&](auto& p) { return p.set_force(index, one_of(scene->scene.forces, from, "forces")); });
 }
 dvdx_status dvdx_live_plan_set_contact(dvdx_live_plan* plan, size_t index, const dvdx_scene* scene, size_t from,
                                        dvdx_error* error) {
   if (scene == nullptr) return missing(error, "scene");
-  return changed_life(plan, error,
+  return apply_change(plan, error,
                       [&](auto& p) { return p.set_contact(index, one_of(scene->scene.contacts, from, "contacts")); });
 }
 dvdx_status dvdx_live_plan_set_emitter(dvdx_live_plan* plan, size_t index, const dvdx_emitter* emitter, dvdx_error* error) {
   if (emitter == nullptr) return missing(error, "emitter");
-  return changed_life(plan, error, [&](auto& p) {
+  return apply_change(plan, error, [&](auto& p) {
     return p.set_emitter(index, emitter_of(*emitter, "emitters[" + std::to_string(index) + "]"));
   });
 }
@@ -337,10 +337,10 @@ dvdx_status with_workspace(const dvdx_live_plan& plan, dvdx_live_workspace& work
 dvdx_status drive_workspace(dvdx_live_workspace* workspace, size_t motion, const double* translation, const double* rotation,
                             dvdx::Arrival arrival, dvdx_error* error) {
   if (workspace == nullptr) return missing(error, "workspace");
-  const auto changed = [&](const auto& change) {
+  const auto apply = [&](const auto& change) {
     return guarded(error, [&] { return std::visit([&](auto& w) { return done_or(error, change(w)); }, workspace->workspace); });
   };
-  return drive_pose(changed, motion, translation, rotation, arrival);
+  return drive_pose(apply, motion, translation, rotation, arrival);
 }
 
 }  // namespace

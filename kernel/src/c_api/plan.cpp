@@ -118,19 +118,19 @@ namespace {
 
 // Calls change(the plan as C++ has it).
 template <class Change>
-dvdx_status changed(dvdx_plan* plan, dvdx_error* error, const Change& change) {
+dvdx_status apply_change(dvdx_plan* plan, dvdx_error* error, const Change& change) {
   if (plan == nullptr) return missing(error, "plan");
   return guarded(error, [&] { return std::visit([&](auto& p) { return done_or(error, change(p)); }, plan->plan); });
 }
 auto changer(dvdx_plan* plan, dvdx_error* error) {
-  return [=](const auto& change) { return changed(plan, error, change); };
+  return [=](const auto& change) { return apply_change(plan, error, change); };
 }
 
 // Replaces the plan's force or contact number `index` by number `from` of a scene's `list`.
 template <class List>
 dvdx_status replaced(dvdx_plan* plan, std::size_t index, const List& list, std::size_t from, const char* kind,
                      dvdx_error* error) {
-  return changed(plan, error, [&](auto& p) {
+  return apply_change(plan, error, [&](auto& p) {
     if (from >= list.size()) {
       throw dvdx::Error{"from", std::to_string(from), "below the scene's " + std::to_string(list.size()) + " " + kind};
     }
@@ -145,7 +145,7 @@ dvdx_status replaced(dvdx_plan* plan, std::size_t index, const List& list, std::
 }  // namespace
 
 dvdx_status dvdx_plan_set_step(dvdx_plan* plan, double h, dvdx_error* error) {
-  return changed(plan, error, [&](auto& p) { return p.set_step(h); });
+  return apply_change(plan, error, [&](auto& p) { return p.set_step(h); });
 }
 
 dvdx_status dvdx_plan_set_pose(dvdx_plan* plan, size_t motion, const double* translation, const double* rotation,
@@ -254,45 +254,45 @@ dvdx_status dvdx_plan_set_contact(dvdx_plan* plan, size_t index, const dvdx_scen
 
 dvdx_status dvdx_plan_set_wind(dvdx_plan* plan, const dvdx_wind* wind, dvdx_error* error) {
   if (wind == nullptr) return missing(error, "wind");
-  return changed(plan, error, [&](auto& p) { return p.set_wind(wind_of(*wind)); });
+  return apply_change(plan, error, [&](auto& p) { return p.set_wind(wind_of(*wind)); });
 }
 
 dvdx_status dvdx_plan_set_grid_stiffness(dvdx_plan* plan, size_t index, double structural, double shear, double bend,
                                          double damping, dvdx_error* error) {
   const dvdx::GridStiffness stiffness{.structural = structural, .shear = shear, .bend = bend, .damping = damping};
-  return changed(plan, error, [&](auto& p) { return p.set_stiffness(index, stiffness); });
+  return apply_change(plan, error, [&](auto& p) { return p.set_stiffness(index, stiffness); });
 }
 
 dvdx_status dvdx_plan_set_springs_stiffness(dvdx_plan* plan, size_t index, const dvdx_scalars* stiffness, double damping,
                                             dvdx_error* error) {
   if (stiffness == nullptr) return missing(error, "stiffness");
-  return changed(plan, error, [&](auto& p) {
+  return apply_change(plan, error, [&](auto& p) {
     return p.set_stiffness(index, dvdx::SpringsStiffness{.stiffness = scalars(*stiffness, "stiffness"), .damping = damping});
   });
 }
 
 dvdx_status dvdx_plan_set_bending(dvdx_plan* plan, const dvdx_bending* bending, dvdx_error* error) {
   if (bending == nullptr) return missing(error, "bending");
-  return changed(plan, error, [&](auto& p) {
+  return apply_change(plan, error, [&](auto& p) {
     const BentSheet sheet = bent_sheet_of(*bending);
     return p.set_bending(bending->network, sheet.triangles, sheet.flat, bending->modulus);
   });
 }
 
 dvdx_status dvdx_plan_set_mass(dvdx_plan* plan, size_t particle, double mass, dvdx_error* error) {
-  return changed(plan, error, [&](auto& p) { return p.set_mass(particle, mass); });
+  return apply_change(plan, error, [&](auto& p) { return p.set_mass(particle, mass); });
 }
 
 dvdx_status dvdx_plan_fix(dvdx_plan* plan, size_t particle, dvdx_error* error) {
-  return changed(plan, error, [&](auto& p) { return p.fix(particle); });
+  return apply_change(plan, error, [&](auto& p) { return p.fix(particle); });
 }
 
 dvdx_status dvdx_plan_release(dvdx_plan* plan, size_t particle, dvdx_error* error) {
-  return changed(plan, error, [&](auto& p) { return p.release(particle); });
+  return apply_change(plan, error, [&](auto& p) { return p.release(particle); });
 }
 
 dvdx_status dvdx_plan_break_spring(dvdx_plan* plan, size_t index, uint32_t a, uint32_t b, dvdx_error* error) {
-  return changed(plan, error, [&](auto& p) { return p.break_spring(index, {a, b}); });
+  return apply_change(plan, error, [&](auto& p) { return p.break_spring(index, {a, b}); });
 }
 
 dvdx_status dvdx_plan_tear(dvdx_plan* plan, size_t index, double stretch, const dvdx_state* state, size_t* torn,

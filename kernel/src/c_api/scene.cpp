@@ -306,7 +306,8 @@ void set_aerodynamics(Scene& to, const dvdx_aerodynamics& from) {
 
 // Calls change(scene, *what) after a check of both pointers.
 template <class What, class Change>
-dvdx_status changed(dvdx_scene* scene, const What* what, const char* name, dvdx_error* error, const Change& change) noexcept {
+dvdx_status apply_change(dvdx_scene* scene, const What* what, const char* name, dvdx_error* error,
+                         const Change& change) noexcept {
   if (scene == nullptr) return missing(error, "scene");
   if (what == nullptr) return missing(error, name);
   return guarded(error, [&] {
@@ -318,7 +319,7 @@ dvdx_status changed(dvdx_scene* scene, const What* what, const char* name, dvdx_
 // Adds a value to one of a scene's lists. name: the list's, which stands in front of its fields in messages.
 template <class What, class List>
 dvdx_status added(dvdx_scene* scene, const What* what, List Scene::*list, const char* name, dvdx_error* error) noexcept {
-  return changed(scene, what, name, error, [&](Scene& to, const What& from) {
+  return apply_change(scene, what, name, error, [&](Scene& to, const What& from) {
     const std::string at = std::string(name) + "[" + std::to_string((to.*list).size()) + "]";
     (to.*list).push_back(value(from, at));
   });
@@ -360,25 +361,26 @@ dvdx_status dvdx_scene_create(int abi_version, dvdx_scene** scene, dvdx_error* e
 void dvdx_scene_destroy(dvdx_scene* scene) { delete scene; }
 
 dvdx_status dvdx_scene_set_method(dvdx_scene* scene, dvdx_method method, dvdx_error* error) {
-  return changed(scene, &method, "method", error, [](Scene& to, const dvdx_method& from) {
+  return apply_change(scene, &method, "method", error, [](Scene& to, const dvdx_method& from) {
     to.method = dvdx::c_api::method(from, "method").value_or(dvdx::Method::combined);
   });
 }
 dvdx_status dvdx_scene_set_mass(dvdx_scene* scene, const dvdx_scalars* mass, dvdx_error* error) {
-  return changed(scene, mass, "mass", error, [](Scene& to, const dvdx_scalars& from) { to.mass = scalars(from, "mass"); });
+  return apply_change(scene, mass, "mass", error, [](Scene& to, const dvdx_scalars& from) { to.mass = scalars(from, "mass"); });
 }
 dvdx_status dvdx_scene_set_coupling(dvdx_scene* scene, const dvdx_coupling* coupling, dvdx_error* error) {
-  return changed(scene, coupling, "coupling", error, [](Scene& to, const dvdx_coupling& from) { to.coupling = value(from); });
+  return apply_change(scene, coupling, "coupling", error,
+                      [](Scene& to, const dvdx_coupling& from) { to.coupling = value(from); });
 }
 dvdx_status dvdx_scene_set_fixed(dvdx_scene* scene, const size_t* particles, size_t count, dvdx_error* error) {
-  return changed(scene, &count, "fixed", error, [&](Scene& to, std::size_t) {
+  return apply_change(scene, &count, "fixed", error, [&](Scene& to, std::size_t) {
     need(particles, count, "fixed");
     to.fixed = count == 0 ? std::vector<std::size_t>{} : std::vector<std::size_t>(particles, particles + count);
   });
 }
 
 dvdx_status dvdx_scene_set_origin(dvdx_scene* scene, const double* origin, size_t count, dvdx_error* error) {
-  return changed(scene, origin, "origin", error, [&](Scene& to, const double&) {
+  return apply_change(scene, origin, "origin", error, [&](Scene& to, const double&) {
     if (count == 0) throw dvdx::Error{"origin", "0 points", "1 point for all, or one for each particle"};
     auto points = vectors(origin, count, "origin");
     to.origin = count == 1 ? dvdx::Origin(points[0]) : dvdx::Origin(std::move(points));
@@ -435,29 +437,29 @@ dvdx_status dvdx_scene_add_skin(dvdx_scene* scene, const dvdx_skin* skin, dvdx_e
   return added(scene, skin, &Scene::skins, "skins", error);
 }
 dvdx_status dvdx_scene_set_backstop(dvdx_scene* scene, const dvdx_backstop* backstop, dvdx_error* error) {
-  return changed(scene, backstop, "backstop", error, set_backstop);
+  return apply_change(scene, backstop, "backstop", error, set_backstop);
 }
 dvdx_status dvdx_scene_set_jump(dvdx_scene* scene, size_t motion, size_t key, dvdx_error* error) {
-  return changed(scene, &motion, "motion", error, [&](Scene& to, std::size_t) {
+  return apply_change(scene, &motion, "motion", error, [&](Scene& to, std::size_t) {
     std::vector<dvdx::MotionKey>& keys = element_of(to.motions, motion, "motion", "scene", "motions").keys;
     element_of(keys, key, "key", "motion", "keys").arrival = dvdx::Arrival::jump;
   });
 }
 dvdx_status dvdx_scene_set_skin_motion(dvdx_scene* scene, size_t skin, size_t motion, dvdx_error* error) {
-  return changed(scene, &skin, "skin", error,
-                 [&](Scene& to, std::size_t) { element_of(to.skins, skin, "skin", "scene", "skins").motion = motion; });
+  return apply_change(scene, &skin, "skin", error,
+                      [&](Scene& to, std::size_t) { element_of(to.skins, skin, "skin", "scene", "skins").motion = motion; });
 }
 dvdx_status dvdx_scene_add_tethers(dvdx_scene* scene, const dvdx_tethers* tethers, dvdx_error* error) {
   return added(scene, tethers, &Scene::tethers, "tethers", error);
 }
 dvdx_status dvdx_scene_set_meet(dvdx_scene* scene, const dvdx_meet* meet, dvdx_error* error) {
-  return changed(scene, meet, "meet", error, [](Scene& to, const dvdx_meet& from) { to.meet = meet_of(from); });
+  return apply_change(scene, meet, "meet", error, [](Scene& to, const dvdx_meet& from) { to.meet = meet_of(from); });
 }
 dvdx_status dvdx_scene_set_meet_groups(dvdx_scene* scene, const dvdx_meet_groups* groups, dvdx_error* error) {
-  return changed(scene, groups, "groups", error, set_meet_groups);
+  return apply_change(scene, groups, "groups", error, set_meet_groups);
 }
 dvdx_status dvdx_scene_set_contact_motion(dvdx_scene* scene, size_t contact, size_t motion, dvdx_error* error) {
-  return changed(scene, &contact, "contact", error, [&](Scene& to, std::size_t) {
+  return apply_change(scene, &contact, "contact", error, [&](Scene& to, std::size_t) {
     std::visit([&](auto& c) { c.motion = motion; }, element_of(to.contacts, contact, "contact", "scene", "contacts"));
   });
 }
@@ -470,18 +472,18 @@ dvdx_status dvdx_scene_add_springs(dvdx_scene* scene, const dvdx_springs* networ
 }
 
 dvdx_status dvdx_scene_set_aerodynamics(dvdx_scene* scene, const dvdx_aerodynamics* air, dvdx_error* error) {
-  return changed(scene, air, "air", error, set_aerodynamics);
+  return apply_change(scene, air, "air", error, set_aerodynamics);
 }
 dvdx_status dvdx_scene_add_bending(dvdx_scene* scene, const dvdx_bending* bending, dvdx_error* error) {
-  return changed(scene, bending, "bending", error, add_bending);
+  return apply_change(scene, bending, "bending", error, add_bending);
 }
 dvdx_status dvdx_scene_set_wind(dvdx_scene* scene, const dvdx_wind* wind, dvdx_error* error) {
-  return changed(scene, wind, "wind", error, [](Scene& to, const dvdx_wind& from) { to.wind = wind_of(from); });
+  return apply_change(scene, wind, "wind", error, [](Scene& to, const dvdx_wind& from) { to.wind = wind_of(from); });
 }
 
 dvdx_status dvdx_scene_set_faces(dvdx_scene* scene, dvdx_faces faces, dvdx_error* error) {
-  return changed(scene, &faces, "faces", error,
-                 [](dvdx::Scene& to, const dvdx_faces& from) { to.faces = choice<dvdx::Faces>(from, "faces"); });
+  return apply_change(scene, &faces, "faces", error,
+                      [](dvdx::Scene& to, const dvdx_faces& from) { to.faces = choice<dvdx::Faces>(from, "faces"); });
 }
 
 dvdx_status dvdx_scene_add_distance(dvdx_scene* scene, const dvdx_distance* constraint, dvdx_error* error) {

@@ -19,12 +19,12 @@ namespace {
 
 // Calls change(the workspace as C++ has it).
 template <class Change>
-dvdx_status changed(dvdx_workspace* workspace, dvdx_error* error, const Change& change) {
+dvdx_status apply_change(dvdx_workspace* workspace, dvdx_error* error, const Change& change) {
   if (workspace == nullptr) return missing(error, "workspace");
   return guarded(error, [&] { return std::visit([&](auto& w) { return done_or(error, change(w)); }, workspace->workspace); });
 }
 auto changer(dvdx_workspace* workspace, dvdx_error* error) {
-  return [=](const auto& change) { return changed(workspace, error, change); };
+  return [=](const auto& change) { return apply_change(workspace, error, change); };
 }
 
 // Calls use(the plan, the workspace, the state) if all three are of one precision.

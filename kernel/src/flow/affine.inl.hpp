@@ -211,8 +211,8 @@ inline constexpr std::size_t group_registers = 8;
 // Whether a group pays. With 16 registers it spills, and pays only if steps are repeated.
 template <class V>
 bool is_worth_groups(std::size_t repeats) noexcept {
-  constexpr bool are_32 = sizeof(V) == 64;
-  return are_32 || repeats > 1;
+  constexpr bool has_32_registers = sizeof(V) == 64;
+  return has_32_registers || repeats > 1;
 }
 
 // Registers of a column side by side.

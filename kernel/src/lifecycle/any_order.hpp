@@ -8,7 +8,7 @@
 #include <cstdint>
 #include <span>
 
-#include "lifecycle/lifecycle.hpp"
+#include "lifecycle/compiled_lifecycle.hpp"
 #include "lifecycle/live_births.hpp"
 #include "lifecycle/live_chunks.hpp"
 #include "work/tasks.hpp"
@@ -143,7 +143,7 @@ class AnyOrder {
       before -= of_emitter;
     }
     const std::uint64_t first = ws_.births[0][e].whole;
-    const BirthsBy& end = ws_.births[1][e];
+    const BirthCount& end = ws_.births[1][e];
     const std::uint64_t count =
         std::min({births.count, end.whole - first - before, std::uint64_t{most}, std::uint64_t{born_together}});
     const double lead = (end.number - TwoDouble(static_cast<double>(first) + 1)).value() - static_cast<double>(before);

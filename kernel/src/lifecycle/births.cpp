@@ -2,13 +2,13 @@
 #include <algorithm>
 #include <cmath>
 
-#include "lifecycle/lifecycle.hpp"
+#include "lifecycle/compiled_lifecycle.hpp"
 
 namespace dvdx {
 
 // rate (time - start), in twice double precision. The slack keeps a birth at the very end of a step in that step, although
 // times and rate may not be what their decimals say: each is rounded by at most 2^-53 of itself.
-BirthsBy births_by(const Emitter& emitter, const Clock& clock) noexcept {
+BirthCount births_until(const Emitter& emitter, const Clock& clock) noexcept {
   constexpr double rounding = 0x1p-50;
   constexpr double most = 0x1p62;
   const TwoDouble since = TwoDouble(clock.seconds, clock.carry) - TwoDouble(emitter.start);

@@ -7,7 +7,7 @@
 #include <cstdint>
 #include <cstring>
 
-#include "lifecycle/lifecycle.hpp"
+#include "lifecycle/compiled_lifecycle.hpp"
 #include "lifecycle/live_columns.hpp"
 
 namespace dvdx {

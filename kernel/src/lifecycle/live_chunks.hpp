@@ -7,7 +7,7 @@
 #include <span>
 
 #include "contact/report/contact_recorder.hpp"
-#include "lifecycle/lifecycle.hpp"
+#include "lifecycle/compiled_lifecycle.hpp"
 #include "lifecycle/live_columns.hpp"
 #include "plan/reported_step.hpp"
 

@@ -10,7 +10,7 @@
 #include <span>
 
 #include "dvdx/layouts/convert.hpp"
-#include "lifecycle/lifecycle.hpp"
+#include "lifecycle/compiled_lifecycle.hpp"
 #include "lifecycle/pass/fill.hpp"
 
 namespace dvdx {

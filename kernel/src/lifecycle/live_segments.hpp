@@ -7,7 +7,7 @@
 #include <cstdint>
 #include <span>
 
-#include "lifecycle/lifecycle.hpp"
+#include "lifecycle/compiled_lifecycle.hpp"
 #include "lifecycle/live_chunks.hpp"
 #include "lifecycle/live_columns.hpp"
 #include "work/tasks.hpp"

@@ -6,7 +6,7 @@
 #include "contact/surfaces/make_surface.hpp"
 #include "dvdx/layouts/convert.hpp"
 #include "lifecycle/any_order.hpp"
-#include "lifecycle/lifecycle.hpp"
+#include "lifecycle/compiled_lifecycle.hpp"
 #include "lifecycle/live_births.hpp"
 #include "lifecycle/live_chunks.hpp"
 #include "lifecycle/live_columns.hpp"
@@ -104,7 +104,7 @@ class LifecycleStep {
         ws_.clocks[n].advance(p_.plan.step_size(), 1);
       }
       for (std::size_t e = 0; e < p_.emitters.size(); ++e) {
-        ws_.births[n][e] = births_by(p_.turnover.emitters[e], ws_.clocks[n]);
+        ws_.births[n][e] = births_until(p_.turnover.emitters[e], ws_.clocks[n]);
       }
     }
     count_for(born_until(most));
@@ -191,7 +191,7 @@ class LifecycleStep {
 
   void emit_run(std::size_t emitter, std::size_t step) noexcept {
     const std::uint64_t first = ws_.births[step][emitter].whole;
-    const BirthsBy& end = ws_.births[step + 1][emitter];
+    const BirthCount& end = ws_.births[step + 1][emitter];
     append(p_.emitters[emitter], carrier_of(p_, ws_.followers, emitter), first, end.whole - first,
            (end.number - TwoDouble(static_cast<double>(first) + 1)).value());
   }

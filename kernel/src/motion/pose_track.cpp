@@ -65,7 +65,7 @@ MovedPose PoseTrack::at_end_of(const Clock& start, const Clock& end) const noexc
   return pose;
 }
 
-std::optional<std::size_t> PoseTrack::first_without_end() const noexcept {
+std::optional<std::size_t> PoseTrack::first_unreachable_key() const noexcept {
   const auto is_finite = [](const Vec3& v) { return std::isfinite(v[0]) && std::isfinite(v[1]) && std::isfinite(v[2]); };
   for (std::size_t k = 0; k < parts_.size(); ++k) {
     if (!is_finite(parts_[k].velocity) || !is_finite(parts_[k].angular_velocity)) return k + 1;

@@ -26,7 +26,7 @@ class PoseTrack {
   // Returns the pose at `end`, with the velocities that lead there from `start`.
   [[nodiscard]] MovedPose at_end_of(const Clock& start, const Clock& end) const noexcept;
   // Returns the first key that would have to be reached at an infinite speed.
-  [[nodiscard]] std::optional<std::size_t> first_without_end() const noexcept;
+  [[nodiscard]] std::optional<std::size_t> first_unreachable_key() const noexcept;
   // The greatest angular velocity between any two keys, rad/s.
   [[nodiscard]] double fastest_turn() const noexcept;
 

@@ -184,7 +184,7 @@ void take_pulses(const PulsesRead<A>& read, MeetRoom<A>& room, std::size_t count
 
 // The number of particles that meet, in a state of `count`. A part's plan works out the meetings of all parts' particles.
 template <class A>
-std::size_t met_of(const CompiledScene<A>& scene, std::size_t count) noexcept {
+std::size_t meeting_count(const CompiledScene<A>& scene, std::size_t count) noexcept {
   const SharedMeetings& all = scene.options.elsewhere.meetings;
   return all.whole != nullptr ? all.told.size() : count;
 }
@@ -195,14 +195,14 @@ std::vector<double> carried_in(const CompiledScene<A>& scene, JoinedWorkspace<A>
   if (joined == nullptr || workspace == nullptr || !workspace->fits(joined->shape())) return {};
   NumbersOut out;
   const auto& a = workspace->work.a;
-  const bool is_whose = takes(scene, state.count) && workspace->meet.particles <= met_of(scene, state.count) &&
-                        workspace->remembers(state.x[0].base, state.clock);
+  const bool belongs_to_state = takes(scene, state.count) && workspace->meet.particles <= meeting_count(scene, state.count) &&
+                                workspace->remembers(state.x[0].base, state.clock);
   const bool meets = joined->network().meet != nullptr;
-  const bool remembers = (a[0] != nullptr || meets) && is_whose;
+  const bool remembers = (a[0] != nullptr || meets) && belongs_to_state;
   out(remembers);
   if (remembers && meets) {
     pass_pulses(out, workspace->meet);
-    pass_births(out, workspace->meet, met_of(scene, state.count));
+    pass_births(out, workspace->meet, meeting_count(scene, state.count));
   }
   if (remembers && a[0] != nullptr) {
     std::vector<double> accelerations(3 * state.count);
@@ -236,7 +236,7 @@ Expected<void> restore_in(const CompiledScene<A>& scene, JoinedWorkspace<A>* wor
   const bool meets = joined->network().meet != nullptr;
   std::optional<PulsesRead<A>> pulses;
   if (remembers && meets) {
-    pulses = read_pulses(in, workspace->meet, std::min(met_of(scene, state.count), met_of(scene, particles)));
+    pulses = read_pulses(in, workspace->meet, std::min(meeting_count(scene, state.count), meeting_count(scene, particles)));
     if (!pulses) return tl::unexpected(not_of_this_plan(carried));
   }
   const bool accelerates = remembers && a[0] != nullptr;
@@ -257,7 +257,7 @@ Expected<void> restore_in(const CompiledScene<A>& scene, JoinedWorkspace<A>* wor
   workspace->forget();
   if (!remembers) return {};
   workspace->remember(state.x[0].base, state.clock);
-  if (pulses) take_pulses(*pulses, workspace->meet, met_of(scene, state.count));
+  if (pulses) take_pulses(*pulses, workspace->meet, meeting_count(scene, state.count));
   if (!accelerates) return {};
   for (A* const column : a) std::fill_n(column, joined->network().order.size, A(0));
   joined->network().order.for_each([&](std::size_t element, std::size_t particle) {

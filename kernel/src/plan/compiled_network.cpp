@@ -202,7 +202,7 @@ template <class Put, class TakeBack>
 bool CompiledNetwork<T>::set_rates(const Put& put, const TakeBack& take_back) noexcept {
   put();
   const RateBounds bounds = seen(network_rates_.bounds());
-  const bool is_right = are_right(bounds);
+  const bool is_right = keeps_substeps(bounds);
   is_right ? take_rates(bounds) : take_back();
   return is_right;
 }
@@ -287,7 +287,7 @@ bool CompiledNetwork<T>::set_stiffness(const Scene& scene) {
   if ((grid.damping != 0 && springs != 0) != is_damped_ || count_springs(grid) != springs) return false;
   NetworkRates made(scene, w_of);
   const RateBounds bounds = made.bounds();
-  if (!are_right(bounds)) return false;
+  if (!keeps_substeps(bounds)) return false;
   visit_form(form, [&](auto& of) { of.set_stiffness(grid); });
   take_rates(bounds);
   network_rates_ = std::move(made);

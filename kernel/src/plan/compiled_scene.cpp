@@ -8,7 +8,7 @@
 #include "plan/validate.hpp"
 #include "scene/checker.hpp"
 #include "scene/particle_values.hpp"
-#include "stability/range.hpp"
+#include "stability/scalar_range.hpp"
 #include "stability/scheme_choice.hpp"
 
 namespace dvdx {

@@ -168,7 +168,7 @@ class Extent {
     }
     for (std::size_t i = 0; i < count; ++i) {
       const Three<T> x{row[0][i], row[1][i], row[2][i]};
-      if (!(nothing(x[0], x[1], x[2]) == 0)) continue;
+      if (!(zero_or_nan(x[0], x[1], x[2]) == 0)) continue;
       for (std::size_t axis = 0; axis < 3; ++axis) add(axis, &x[axis], 1);
       ++particles_;
     }
@@ -188,14 +188,14 @@ class Extent {
   using Lanes = std::array<T, lanes>;
 
   // 0 if all are finite, otherwise NaN.
-  static T nothing(T x, T y, T z) noexcept { return (T(0) * x + T(0) * y) + T(0) * z; }
+  static T zero_or_nan(T x, T y, T z) noexcept { return (T(0) * x + T(0) * y) + T(0) * z; }
 
   static bool is_finite(const Row<T>& row, std::size_t count) noexcept {
     Lanes sum{};
     for (std::size_t first = 0; first < count; first += lanes) {
       const std::size_t now = std::min(lanes, count - first);
       const T *const x = row[0] + first, *const y = row[1] + first, *const z = row[2] + first;
-      for (std::size_t k = 0; k < now; ++k) sum[k] += nothing(x[k], y[k], z[k]);
+      for (std::size_t k = 0; k < now; ++k) sum[k] += zero_or_nan(x[k], y[k], z[k]);
     }
     return std::all_of(sum.begin(), sum.end(), [](T lane) { return lane == 0; });
   }

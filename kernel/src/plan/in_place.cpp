@@ -10,7 +10,7 @@
 #include "plan/undo.hpp"
 #include "plan/validate.hpp"
 #include "scene/particle_values.hpp"
-#include "stability/range.hpp"
+#include "stability/scalar_range.hpp"
 
 namespace dvdx {
 namespace {

@@ -23,7 +23,7 @@ class JoinedCopies {
       fetch(call_.passes, state.v, state.v_rest, rows, work_.v);
       for (std::size_t axis = 0; axis < 3 && call_.is_relative(); ++axis) clear(rows, work_.x[axis]);
     });
-    if (call_.comes_and_goes()) fill_up();
+    if (call_.comes_and_goes()) pad_last_register();
     for_each_listed_run([&](std::span<const std::uint32_t> particles, std::size_t first) {
       fetch(state.x, state.x_rest, particles, places(call_.positions(), first));
       fetch(state.v, state.v_rest, particles, places(work_.v, first));
@@ -92,7 +92,7 @@ class JoinedCopies {
     });
   }
   // Flows take whole registers: copies of the last particle fill up the last one.
-  void fill_up() noexcept {
+  void pad_last_register() noexcept {
     const std::size_t count = call_.particles;
     for (auto* const columns : {&work_.x, &work_.v}) {
       for (T* const column : *columns) std::fill(column + count, column + call_.end, count != 0 ? column[count - 1] : T(0));

@@ -22,7 +22,7 @@ class JoinedResting {
     call_.for_each_stepped([&](std::size_t from, std::size_t end) {
       for (std::size_t i = from; i < end; ++i) {
         const bool stands = work.w[i] > 0 && work.v[0][i] == 0 && work.v[1][i] == 0 && work.v[2][i] == 0;
-        ws_.still[i] = stands ? StandsHow::stands : StandsHow::moves;
+        ws_.still[i] = stands ? RestState::stands : RestState::moves;
       }
     });
   }

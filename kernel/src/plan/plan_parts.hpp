@@ -19,7 +19,7 @@
 #include "plan/validate.hpp"
 #include "plan/workspace.hpp"
 #include "scene/checker.hpp"
-#include "stability/range.hpp"
+#include "stability/scalar_range.hpp"
 #include "work/environment.hpp"
 #include "work/stepping.hpp"
 

@@ -21,7 +21,7 @@ namespace dvdx {
 // Columns of all particles of the plan.
 template <class T>
 struct RestingColumns {
-  std::span<StandsHow> how;               // empty if not kept
+  std::span<RestState> how;               // empty if not kept
   std::span<std::uint32_t> on;            // the surface that carries a still particle; empty if none moves
   std::span<const std::uint32_t> movers;  // of the flow: a surface of each motion, or no_surface
   const T* w = nullptr;
@@ -58,13 +58,13 @@ class RestingBlock {
     if (!is_any_) return;
     const Columns gain = gain_of(kept_, motion, offsets);
     for (std::size_t i = 0; i < how_.size(); ++i) {
-      if (how_[i] == StandsHow::moves) continue;
+      if (how_[i] == RestState::moves) continue;
       reference::Particle<T> p = particle(gain, i);
-      const bool has_waited = how_[i] == StandsHow::waits;
+      const bool has_waited = how_[i] == RestState::waits;
       const std::uint32_t on = on_.empty() ? no_surface : on_[i];
       by_[i] = kernels_.stays(terms_, impulse, on, p);
       if (by_[i] != no_surface) {
-        how_[i] = impulse.pulses == 0 ? StandsHow::waits : StandsHow::stays;
+        how_[i] = impulse.pulses == 0 ? RestState::waits : RestState::stays;
         for (std::size_t axis = 0; axis < 3; ++axis) {
           kept_[axis][i] = p.x1[axis];
           kept_v_[axis][i] = p.v1[axis];
@@ -73,7 +73,7 @@ class RestingBlock {
           block_.x[0][i] = std::numeric_limits<T>::quiet_NaN();  // NaN meets nothing in the flow; the particle is put back
         continue;
       }
-      how_[i] = StandsHow::moves;
+      how_[i] = RestState::moves;
       if (!has_waited) continue;
       std::array<T, 3> owed{};
       for (std::size_t axis = 0; axis < 3; ++axis) {
@@ -88,7 +88,7 @@ class RestingBlock {
   void end() noexcept {
     if (how_.empty() || (!is_any_ && !may_be_still() && !may_be_carried(T(0)))) return;
     for (std::size_t i = 0; i < how_.size(); ++i) {
-      if (how_[i] == StandsHow::stays || how_[i] == StandsHow::waits) {
+      if (how_[i] == RestState::stays || how_[i] == RestState::waits) {
         std::array<T, 3> left{};
         for (std::size_t axis = 0; axis < 3; ++axis) {
           left[axis] = kept_v_[axis][i] - block_.v[axis][i];
@@ -97,7 +97,7 @@ class RestingBlock {
         }
         report(i, by_[i], left);
       }
-      if (how_[i] != StandsHow::waits) note(i, T(0));
+      if (how_[i] != RestState::waits) note(i, T(0));
     }
   }
 
@@ -109,9 +109,9 @@ class RestingBlock {
   using Count = std::conditional_t<sizeof(T) == 4, std::uint32_t, std::uint64_t>;
 
   [[nodiscard]] bool has_any_noted() const noexcept {
-    static_assert(static_cast<std::uint8_t>(StandsHow::moves) == 0);
+    static_assert(static_cast<std::uint8_t>(RestState::moves) == 0);
     std::uint8_t any = 0;
-    for (const StandsHow how : how_) any = static_cast<std::uint8_t>(any | static_cast<std::uint8_t>(how));
+    for (const RestState how : how_) any = static_cast<std::uint8_t>(any | static_cast<std::uint8_t>(how));
     return any != 0;
   }
   [[nodiscard]] bool may_be_still() const noexcept {
@@ -161,7 +161,7 @@ class RestingBlock {
   void note(std::size_t i, T t) noexcept {
     const std::uint32_t on = on_.empty() || is_still(i) ? no_surface : carrier_of(i, t);
     if (!on_.empty()) on_[i] = on;
-    how_[i] = on != no_surface || is_still(i) ? StandsHow::stands : StandsHow::moves;
+    how_[i] = on != no_surface || is_still(i) ? RestState::stands : RestState::moves;
   }
   // Reports that the surface has changed the particle's velocity by dv, besides what the flow reports.
   void report(std::size_t i, std::uint32_t surface, const std::array<T, 3>& dv) const noexcept {
@@ -201,7 +201,7 @@ class RestingBlock {
     return gain;
   }
 
-  std::span<StandsHow> how_;
+  std::span<RestState> how_;
   std::span<std::uint32_t> on_;
   std::span<const std::uint32_t> movers_;
   const T* w_;

@@ -196,19 +196,20 @@ class Look {
   // 0 times a number that is not finite is NaN.
   void count_what_is_not_finite(const SideBySide<A>& x, const SideBySide<A>& v, std::size_t first, std::size_t n) noexcept {
     using Count = std::conditional_t<sizeof(A) == 4, std::uint32_t, std::uint64_t>;
-    const auto nothing = [&](std::size_t i) {
+    const auto zero_or_nan = [&](std::size_t i) {
       A sum = A(0);
       for (std::size_t axis = 0; axis < 3; ++axis) sum += A(0) * x.at[axis][i] + A(0) * v.at[axis][i];
       return sum;
     };
     std::array<Count, look_lanes> counts_of{};
-    for_each_in_lanes(
-        n, [&](std::size_t i, std::size_t lane, bool counts) { counts_of[lane] += counts && !(nothing(i) == A(0)) ? 1U : 0U; });
+    for_each_in_lanes(n, [&](std::size_t i, std::size_t lane, bool counts) {
+      counts_of[lane] += counts && !(zero_or_nan(i) == A(0)) ? 1U : 0U;
+    });
     std::size_t count = 0;
     for (const Count of : counts_of) count += static_cast<std::size_t>(of);
     if (count == 0) return;
     for (std::size_t i = 0; i < n && found_.not_finite == 0; ++i) {
-      if (nothing(i) == A(0)) continue;
+      if (zero_or_nan(i) == A(0)) continue;
       found_.first_not_finite = first + i;
       break;
     }

@@ -179,7 +179,7 @@ RateBounds SubstepChoice::seen(RateBounds bounds) const noexcept {
 }
 
 // Returns false as well if sums do not determine the number of sub-steps: no eigenvalues are computed here.
-bool SubstepChoice::are_right(const RateBounds& bounds) const noexcept {
+bool SubstepChoice::keeps_substeps(const RateBounds& bounds) const noexcept {
   Substeps least = substeps_by(bounds.least);
   Substeps most = substeps_by(bounds.most);
   if (may_take_rho_) least.rho = most.rho = chosen.rho;

@@ -88,7 +88,7 @@ class SubstepChoice {
     return substeps_by(highest, step, longest_step);
   }
   // Whether springs of these rates take the chosen sub-steps.
-  [[nodiscard]] bool are_right(const RateBounds& bounds) const noexcept;
+  [[nodiscard]] bool keeps_substeps(const RateBounds& bounds) const noexcept;
   // Takes the rates. Returns the previous sub-steps if they have changed.
   std::optional<Substeps> take(const RateBounds& bounds) noexcept;
   // The rates as the scheme uses them.

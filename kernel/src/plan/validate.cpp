@@ -138,7 +138,7 @@ void check_motions(Checker& check, const Scene& scene) {
       }
     }
     if (check.error) return;
-    if (const auto key = PoseTrack(motion).first_without_end()) {
+    if (const auto key = PoseTrack(motion).first_unreachable_key()) {
       check.fail(element(at + ".keys", *key), "too far from the key before", "a pose that is reached at a finite speed");
     }
   }

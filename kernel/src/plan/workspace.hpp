@@ -28,7 +28,7 @@ struct PinnedState {
 };
 
 // Whether a particle stood still when the last flow ended. waits: for the step's first pulse. stays: at rest in this flow.
-enum class StandsHow : std::uint8_t { moves, stands, waits, stays };
+enum class RestState : std::uint8_t { moves, stands, waits, stays };
 
 template <class T>
 class JoinedWorkspace {
@@ -90,7 +90,7 @@ class JoinedWorkspace {
   std::vector<MovedPose> poses;            // of each motion, at the end of the flow
   std::vector<Surface<T>> surfaces;        // of the flow; empty if none of them moves
   std::vector<std::uint32_t> movers;       // for each motion one of these, or no_surface
-  std::vector<StandsHow> still;            // of each element; empty if not kept
+  std::vector<RestState> still;            // of each element; empty if not kept
   std::vector<std::uint32_t> still_on;     // the surface that carries it; empty if no surface moves
   FaceRoom<T> faces;                       // empty if none meet a body
   MeetRoom<T> meet;                        // empty if no particles meet

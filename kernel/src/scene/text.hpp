@@ -13,15 +13,15 @@
 namespace dvdx {
 
 // Restores the default floating-point environment: code that makes a plan flushes denormals, and would write them as 0.
-class AsTheyAre {
+class DefaultFloatEnvironment {
  public:
-  AsTheyAre() noexcept {
+  DefaultFloatEnvironment() noexcept {
     std::fegetenv(&callers_);
     std::fesetenv(FE_DFL_ENV);
   }
-  ~AsTheyAre() { std::fesetenv(&callers_); }
-  AsTheyAre(const AsTheyAre&) = delete;
-  AsTheyAre& operator=(const AsTheyAre&) = delete;
+  ~DefaultFloatEnvironment() { std::fesetenv(&callers_); }
+  DefaultFloatEnvironment(const DefaultFloatEnvironment&) = delete;
+  DefaultFloatEnvironment& operator=(const DefaultFloatEnvironment&) = delete;
 
  private:
   std::fenv_t callers_;
@@ -29,7 +29,7 @@ class AsTheyAre {
 
 // The shortest text that reads back as the same number.
 [[nodiscard]] inline std::string text(double value) {
-  const AsTheyAre environment;
+  const DefaultFloatEnvironment environment;
   std::array<char, 32> buffer;
   return {buffer.data(), std::to_chars(buffer.data(), buffer.data() + buffer.size(), value).ptr};
 }

@@ -1,5 +1,5 @@
 // Puts particles whose step ends inside a surface onto it, or between two surfaces that leave no room, wide. The scalar twin:
-// impact_reference.hpp.
+// clamp_reference.hpp.
 #pragma once
 
 #include <cstddef>

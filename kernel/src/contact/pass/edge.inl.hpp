@@ -1,4 +1,4 @@
-// Edges between two surfaces that springs press a particle onto, wide. The scalar twin: impact_reference.hpp.
+// Edges between two surfaces that springs press a particle onto, wide. The scalar twin: edge_reference.hpp.
 #pragma once
 
 #include <cmath>

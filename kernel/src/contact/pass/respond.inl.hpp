@@ -1,4 +1,4 @@
-// The response to an impact, wide: restitution, friction, viscosity. The scalar twin: impact_reference.hpp.
+// The response to an impact, wide: restitution, friction, viscosity. The scalar twin: respond_reference.hpp.
 #pragma once
 
 #include <cstddef>

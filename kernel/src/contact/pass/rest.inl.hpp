@@ -228,17 +228,17 @@ HeldEnd<V> held_by_three(const Holder<V>& a, const Holder<V>& b, const Holder<V>
 // Lanes as seen from the surfaces that hold them. v: the velocity of the surfaces at the lanes' end before the hold; more: the
 // part of v that is not the first surface's.
 template <class V>
-struct Against {
+struct SeenByHolders {
   Trajectory<V> m;
   Three<V> v, more;
 };
 
 template <class V, Arithmetic arithmetic>
-[[gnu::noinline]] Against<V> against_one(const Terms<Scalar<V>>& terms, const Holder<V>& a, const Trajectory<V>& m,
-                                         V t) noexcept {
+[[gnu::noinline]] SeenByHolders<V> against_one(const Terms<Scalar<V>>& terms, const Holder<V>& a, const Trajectory<V>& m,
+                                               V t) noexcept {
   using T = Scalar<V>;
   const Three<V> none = three<V>(V(T(0)));
-  Against<V> against{m, none, none};
+  SeenByHolders<V> against{m, none, none};
   for (std::size_t j = 0; j < terms.surface_count; ++j) {
     const Surface<T>& surface = terms.surfaces[j];
     const Mask<V> is_it = a.number == V(static_cast<T>(j));
@@ -254,14 +254,14 @@ template <class V, Arithmetic arithmetic>
 }
 
 template <class V, Arithmetic arithmetic>
-[[gnu::noinline]] Against<V> against_two(const Terms<Scalar<V>>& terms, const Holder<V>& a, const Holder<V>& b,
-                                         const Trajectory<V>& m, V t) noexcept {
-  const Against<V> one = against_one<V, arithmetic>(terms, a, m, t);
+[[gnu::noinline]] SeenByHolders<V> against_two(const Terms<Scalar<V>>& terms, const Holder<V>& a, const Holder<V>& b,
+                                               const Trajectory<V>& m, V t) noexcept {
+  const SeenByHolders<V> one = against_one<V, arithmetic>(terms, a, m, t);
   const Three<V> other = against_one<V, arithmetic>(terms, b, m, t).v;
   const Wedge<V> wedge = wedge_of<V, arithmetic>(a.n, b.n);
   const V share = select<V>(wedge.is_wedge, wedge.scale * dot<arithmetic>(b.n, other - one.v), V(Scalar<V>(0)));
   const Three<V> more = share * subtract_product<arithmetic>(b.n, wedge.kappa, a.n);
-  Against<V> against = one;
+  SeenByHolders<V> against = one;
   against.v = one.v + more;
   against.more = more;
   against.m.x0 = multiply_add<arithmetic>(t, more, one.m.x0);
@@ -271,7 +271,7 @@ template <class V, Arithmetic arithmetic>
 }
 
 template <class V>
-Against<V> select(const Mask<V>& where, const Against<V>& a, const Against<V>& b) noexcept {
+SeenByHolders<V> select(const Mask<V>& where, const SeenByHolders<V>& a, const SeenByHolders<V>& b) noexcept {
   return {{select(where, a.m.x0, b.m.x0), select(where, a.m.v0, b.m.v0), select(where, a.m.x1, b.m.x1),
            select(where, a.m.v1, b.m.v1)},
           select(where, a.v, b.v),
@@ -280,7 +280,7 @@ Against<V> select(const Mask<V>& where, const Against<V>& a, const Against<V>& b
 
 // Returns the velocity at x of the surfaces that hold the lanes that end there.
 template <class V, Arithmetic arithmetic>
-[[gnu::noinline]] Three<V> velocity_of(const Terms<Scalar<V>>& terms, const Holder<V>& a, const Against<V>& against,
+[[gnu::noinline]] Three<V> velocity_of(const Terms<Scalar<V>>& terms, const Holder<V>& a, const SeenByHolders<V>& against,
                                        const Three<V>& x) noexcept {
   using T = Scalar<V>;
   Three<V> v = against.v;
@@ -354,7 +354,7 @@ void hold(const Terms<Scalar<V>>& terms, Trajectory<V>& m, ImpactState<V, arithm
   if (!any_lane<V>(is_held)) return;
 
   const bool moves = is_any && terms.moves;
-  Against<V> moved;
+  SeenByHolders<V> moved;
   if (moves) moved = against_one<V, arithmetic>(terms, a, m, state.t);
   const auto against = [&]() -> const Trajectory<V>& { return moves ? moved.m : m; };
   HeldEnd<V> end = held_by_one<V, arithmetic>(a, against(), state.direction);

@@ -120,25 +120,26 @@ HeldEnd<T> held_by_two(const Holder<T>& a, const Holder<T>& b, const Particle<T>
 // A particle as seen from the surfaces that hold it. V: the velocity of the surfaces at the particle's end before the hold;
 // more: the part of V that is not the first surface's.
 template <class T>
-struct Against {
+struct SeenByHolders {
   Particle<T> p;
   Vector<T> V{}, more{};
 };
 
 template <class T>
-Against<T> against_one(const Terms<T>& terms, const Holder<T>& a, const Particle<T>& p) noexcept {
+SeenByHolders<T> against_one(const Terms<T>& terms, const Holder<T>& a, const Particle<T>& p) noexcept {
   if (!terms.moves) return {p};
   return {{.x0 = a.x0, .v0 = a.v0, .x1 = p.x1, .v1 = difference(p.v1, a.V)}, a.V};
 }
 
 template <Arithmetic arithmetic, class T>
-Against<T> against_two(const Terms<T>& terms, const Holder<T>& a, const Holder<T>& b, const Particle<T>& p, T t) noexcept {
+SeenByHolders<T> against_two(const Terms<T>& terms, const Holder<T>& a, const Holder<T>& b, const Particle<T>& p,
+                             T t) noexcept {
   if (!terms.moves) return {p};
   const T kappa = dot<arithmetic>(a.n, b.n);
   const T det = subtract_product<arithmetic>(T(1), kappa, kappa);
   const bool is_wedge = det > 64 * std::numeric_limits<T>::epsilon();
   const T share = is_wedge ? 1 / det * dot<arithmetic>(b.n, difference(b.V, a.V)) : T(0);
-  Against<T> against{{.x0 = a.x0, .v0 = a.v0, .x1 = p.x1, .v1 = p.v1}};
+  SeenByHolders<T> against{{.x0 = a.x0, .v0 = a.v0, .x1 = p.x1, .v1 = p.v1}};
   for (std::size_t k = 0; k < 3; ++k) {
     const T more = share * subtract_product<arithmetic>(b.n[k], kappa, a.n[k]);
     against.V[k] = a.V[k] + more;
@@ -280,7 +281,7 @@ void hold(const Terms<T>& terms, Particle<T>& p, ImpactState<arithmetic, form, T
   if (a.number == none) return;
 
   Holder<T> b, c;
-  Against<T> against = against_one(terms, a, p);
+  SeenByHolders<T> against = against_one(terms, a, p);
   HeldEnd<T> end = held_by_one<arithmetic>(a, against.p, state.direction);
   b = deepest(terms, p, state, &a, end.x);
   if (b.number != none) {

@@ -15,7 +15,7 @@ namespace dvdx::reference {
 
 // Whether a surface has the velocity V at x, t before the end of the flow, to rounding: two flows or surfaces may differ by it.
 template <Arithmetic arithmetic, class T>
-bool goes_by(const Surface<T>& surface, const Vector<T>& x, T t, const Vector<T>& V) noexcept {
+bool moves_with(const Surface<T>& surface, const Vector<T>& x, T t, const Vector<T>& V) noexcept {
   if (surface.movement == Movement::rest) return V == Vector<T>{};
   const Vector<T> own = velocity_at<arithmetic>(surface, x, t);
   T size = one_norm(own) + one_norm(V);
@@ -36,7 +36,7 @@ Holder<T> most_pressed(const Terms<T>& terms, const Vector<T>& x, const Vector<T
   Holder<T> found;
   for (std::size_t j = 0; j < terms.surface_count; ++j) {
     const Surface<T>& surface = terms.surfaces[j];
-    if (held.has(j) || !goes_by<arithmetic>(surface, x, T(0), V)) continue;
+    if (held.has(j) || !moves_with<arithmetic>(surface, x, T(0), V)) continue;
     const Touch<T> at = touch<arithmetic>(surface, x);
     if (!stands_on<arithmetic>(surface, x, at.s)) continue;
     stands = static_cast<std::uint32_t>(j);
@@ -100,7 +100,7 @@ std::uint32_t stays(const Terms<T>& terms, const SubstepImpulse<T>& impulse, std
 template <Arithmetic arithmetic, class T>
 std::uint32_t carrier(const Terms<T>& terms, std::span<const std::uint32_t> movers, T t, const Vector<T>& x,
                       const Vector<T>& v) noexcept {
-  const auto goes = [&](std::uint32_t j) { return j != no_surface && goes_by<arithmetic>(terms.surfaces[j], x, t, v); };
+  const auto goes = [&](std::uint32_t j) { return j != no_surface && moves_with<arithmetic>(terms.surfaces[j], x, t, v); };
   if (std::none_of(movers.begin(), movers.end(), goes)) return no_surface;
   for (std::uint32_t j = 0; j < terms.surface_count; ++j) {
     const Surface<T>& surface = terms.surfaces[j];

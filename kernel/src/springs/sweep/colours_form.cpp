@@ -285,7 +285,7 @@ void ColoursForm<T>::solve_lines(const SweepStep<T>& step, const SweepTerms<T>& 
 // from_origin is made once a step, as the origins stay the same throughout it.
 template <class T>
 void ColoursForm<T>::fill_records(SweepStep<T>& step, const SweepTerms<T>& its) const noexcept {
-  if (!std::exchange(step.knows_origins, true) && step.work.origin[0] != nullptr) {
+  if (!std::exchange(step.has_from_origin, true) && step.work.origin[0] != nullptr) {
     for_each_piece(
         step, [&](std::size_t from, std::size_t to) { step.kernels.to_records(step.work.origin, its.ranges.x, from, to); });
     for_each_task(step.parallel, layout_.tasks.size() - 1,

@@ -31,9 +31,9 @@ struct SweepStep {
   const Exchange& exchange;
   const ParallelFor& parallel;
   const Sheets& sheets;
-  bool knows_origins = false;  // whether from_origin is of this step's origins
+  bool has_from_origin = false;  // whether from_origin is of this step's origins
 
-  void begin_step() noexcept { knows_origins = false; }
+  void begin_step() noexcept { has_from_origin = false; }
   [[nodiscard]] bool is_symmetric() const noexcept { return order == SweepOrder::symmetric; }
 };
 

@@ -1,4 +1,4 @@
-#include "stability/range.hpp"
+#include "stability/scalar_range.hpp"
 
 #include <algorithm>
 #include <array>

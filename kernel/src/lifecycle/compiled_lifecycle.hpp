@@ -40,11 +40,11 @@ inline bool fills_holes(SurvivorOrder order) noexcept { return order == Survivor
 inline bool fills_holes(const Removal& removal) noexcept { return fills_holes(removal.order); }
 
 // Births of one emitter until some time: the whole births, and the number with its fraction.
-struct BirthsBy {
+struct BirthCount {
   std::uint64_t whole = 0;
   TwoDouble number{};
 };
-BirthsBy births_by(const Emitter& emitter, const Clock& clock) noexcept;
+BirthCount births_until(const Emitter& emitter, const Clock& clock) noexcept;
 
 // Consecutive births, counted from some first one.
 struct Stretch {
@@ -118,7 +118,7 @@ struct LifecycleWorkspace {
   [[nodiscard]] std::size_t bytes() const noexcept;
 
   LifecycleShape shape;
-  std::array<std::vector<BirthsBy>, batch_steps + 1>
+  std::array<std::vector<BirthCount>, batch_steps + 1>
       births;                                 // of each emitter, by the start of each step and by the last's end
   std::array<Clock, batch_steps + 1> clocks;  // of the same times
   AlignedArray<T> scratch;                    // a chunk for each thread

@@ -1,5 +1,5 @@
 // Compiles particles that come and go, and checks what is asked of them.
-#include "lifecycle/lifecycle.hpp"
+#include "lifecycle/compiled_lifecycle.hpp"
 
 #include <cmath>
 #include <utility>
@@ -241,7 +241,7 @@ std::size_t LifecycleWorkspace<T>::bytes() const noexcept {
   return most_groups * scratch_columns * aside_chunk * sizeof(T) + overflow_bytes + kept.size() * sizeof(kept[0]) +
          waiting.size() * sizeof(waiting[0]) + fills.size() * sizeof(fills[0]) + after.size() * sizeof(after[0]) +
          (meeting ? meeting->bytes() : 0) + followers.surfaces.size() * sizeof(Surface<T>) +
-         births.size() * births[0].size() * sizeof(BirthsBy);
+         births.size() * births[0].size() * sizeof(BirthCount);
 }
 
 template <class T>
