@@ -172,8 +172,7 @@ void eliminate_limits(const LimitLanes<V>& of) noexcept {
   }
 }
 
-// Substitutes back: forces and ways, for chains that are not right yet. Returns those so tight that their links would turn
-// over.
+// Substitutes back: forces and ways, for chains that are not right yet. Returns the chains whose links would turn over.
 template <class V, Arithmetic arithmetic, LimitStage stage>
 Mask<V> substitute_limits(const LimitLanes<V>& of, Mask<V> where) noexcept {
   using T = Scalar<V>;
