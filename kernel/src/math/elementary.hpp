@@ -6,7 +6,7 @@
 #include "math/two_double.hpp"
 
 // exp_negative, expm1_negative and sincos (within its fast range) are straight lines of + - *, compares and selects in a fixed
-// order: a wide body repeats them operation by operation on the constants below and has the same bits in every lane.
+// order. A wide body repeats them operation by operation with the constants below, and has the same bits in every lane.
 
 namespace dvdx {
 

@@ -22,7 +22,7 @@ namespace {
 constexpr double farthest = 0x1p+50;
 constexpr int taylor_terms = 32;  // roots within 0.81: 0.81^32 33/33! < 2^-115
 
-// How often the step is halved until x <= 1/2.
+// The number of times that the step is halved until x <= 1/2.
 int halvings(double x) noexcept {
   int exponent = 0;
   std::frexp(x, &exponent);
@@ -81,7 +81,7 @@ PsiTable doubled(PsiTable psi, TwoDouble w, TwoDouble q, int top) noexcept {
   return twice;
 }
 
-// q > 2^100 leaves only the slow root, -w/q, and of the fast one its strength 1/q.
+// For q > 2^100 only the slow root, -w/q, is left, and the strength 1/q of the fast one.
 PsiTable creeping(TwoDouble w, TwoDouble q, int top) noexcept {
   const PsiTable phi = flow(0.0, w / q, top);
   PsiTable psi;
@@ -90,7 +90,7 @@ PsiTable creeping(TwoDouble w, TwoDouble q, int top) noexcept {
   return psi;
 }
 
-// Upwards the recurrence divides by w, which is large here.
+// Takes the recurrence upwards: it divides by w, which is large here.
 PsiTable ringing(TwoDouble w, TwoDouble q, int top) noexcept {
   const Psi low = dvdx::psi(w.high, q.high);
   PsiTable psi = {low.psi0, low.psi1, low.psi2, low.psi3};
@@ -133,7 +133,7 @@ Forced forced_doubled(const Forced& small, const PsiTable& psi, TwoDouble w, con
           scaled(held * small.position + small.velocity * psi[1], -2)};
 }
 
-// Far beyond double's phases only boundedness is left to keep: the textbook's form.
+// Far beyond double's phases only boundedness can be kept: the textbook's form.
 Forced forced_far(double w, double q, double theta) noexcept {
   const Psi free = psi(w, q);
   const SinCos turn = sincos(theta);
