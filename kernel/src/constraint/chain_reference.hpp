@@ -330,7 +330,7 @@ bool place_lone(const Chain<T>& chain, const Axes<T>& x, T grain) noexcept {
   }
 }
 
-// Applies both pulses to x and v, where the forces alone have led.
+// Applies both pulses. On entry x and v are where the forces alone have led.
 template <Arithmetic arithmetic, class T>
 ChainCourse<T> pulse_chain(const Chain<T>& chain, const Axes<T>& x, const Axes<T>& v, T per_step, T grain) noexcept {
   ChainCourse<T> course;
@@ -348,7 +348,7 @@ ChainCourse<T> pulse_chain(const Chain<T>& chain, const Axes<T>& x, const Axes<T
   return course;
 }
 
-// slight: twice an energy that is negligible beside what the forces do in a sub-step.
+// slight: twice an energy that counts as none.
 template <Arithmetic arithmetic, class T>
 bool gives_too_much(const ChainCourse<T>& course, T slight) noexcept {
   return std::abs(course.given) > multiply_add<arithmetic>(most_given<T>, course.moving, slight);

@@ -17,9 +17,8 @@
 //   position pulse   x_{n+1} = x* + W J(x_n)^T s   so that C(x_{n+1}) = 0,   and the velocity which takes it there,
 //                    v = v* + W J(x_n)^T s / h
 //   velocity pulse   v_{n+1} = v + W J(x_{n+1})^T m   so that J(x_{n+1}) v_{n+1} = 0
-// The step is of second order. It is its own inverse with -h if the flow is. A pendulum from 90 degrees at 60 Hz, position
-// error over 2 s: Brown's pulses with J(x_{n+1}) 1.2e-1 m, with J(x_n) 4.6e-2 m, position-based dynamics 2.2e-1 m, paired
-// 1.6e-3 m.
+// The order is 2, and the step is its own inverse with -h if the flow is. A pendulum from 90 degrees at 60 Hz, position error
+// over 2 s: Brown's pulses with J(x_{n+1}) 1.2e-1 m, with J(x_n) 4.6e-2 m, position-based dynamics 2.2e-1 m, paired 1.6e-3 m.
 //
 // Distance: d = x_b - x_a, n = d at x_n (of any length), and the ends move by -+ (w / (w_a + w_b)) s n:
 //   |d + s n| = l,   s = (l^2 - d.d) / (d.n + sqrt((d.n)^2 - n.n (d.d - l^2)))      the nearer root, without cancellation
@@ -51,12 +50,12 @@
 // of the forces. It is also refused if (h omega)^2 > 2, or if lengths do not converge. The chain then goes from its start in
 // 2, 4, ... sub-steps of its own along a parabola to x*, v*,
 //   v0 = 2 (x* - x_n)/h - v*,   a = (v* - v0)/h
-// until all of them suffice: 2^10 at most, or 2^8 if only the energy asks for more. Rounding is allowed for: positions are
+// until all of them pass: 2^10 at most, or 2^8 if only the energy asks for more. Rounding is allowed for: positions are
 // known to 2^-52 (2^-23) of the largest coordinate. Limits: drag, springs and contacts within the sub-step act as the constant
 // acceleration with the same end. If 2^10 do not converge (ends drawn further apart than the chain is long, or a chain drawn
 // straight, which no tension holds against gravity), the particles follow each other. A chain that is held at both ends and
 // finds no lengths in this way stays as it was at the start. 2 to 40 rods with loads of 1 to 1e4 of their masses from the
-// horizontal, 60 and 240 Hz, 10 s: energy within 2e-3; RATTLE alone gave up to 8 times what there was. 1000 rods held at both
+// horizontal, 60 and 240 Hz, 10 s: energy within 2e-3; RATTLE alone gave up to 8 times the energy. 1000 rods held at both
 // ends, 60 Hz: lengths to 3e-14, by 64 sub-steps of their own.
 //
 // Limits: `at_most` constraints that share particles. Sweeps of pulses along n do not settle there: the rounding of each pulse,
@@ -75,7 +74,7 @@
 //   g = u - k P u,   B = (m + k_k + k_{k+1} - k_k^2 P)^-1,   q = B g,   y = u.P u + g.q
 //   P' = B - q q^T / y,   rest' = B f' - q force,   f' = k rest - m own,   force = (g.B f' - u.rest - gap) / y
 // Links act if they pull or are too long. A link whose lambda turns out as a push is let go at the next step. If some link is
-// as tight as lambda > l m, the first step finds only lambda. In velocity k = 0, and gap = -u.d'.
+// as tight as lambda > l m, the first step finds only lambda. For velocities k = 0, and gap = -u.d'.
 // A chain of 24 links that hangs at rest, float, 60 Hz, 10 s: fastest 5e-5 m/s by 8 to 100 iterations; sweeps reached 14 to
 // 4911 m/s. A bridge of 100 of 1 kg with 80 kg in its middle: stretched by 1.4e-5; sweeps left 1 and more.
 //
@@ -84,18 +83,17 @@
 //   e = d + p,   p' = (1 - l/|e|) e where |e| > l, else 0,   the ends move by +- w / (w_a + w_b) (p' - p)
 // Each visit raises the dual, Sum of lambda (u.d* - l) less half of m |g|^2 with g what the pulses move. It begins at 0. So
 //   m |x - x_n|^2 <= m |x* - x_n|^2 + 2 Sum of lambda (|d_n| - l)
-// after any number of visits. A state that begins within its limits is given no energy; beyond them, no more than springs give
-// back.
+// after any number of visits. A state within its limits is given no energy; beyond them it gets no more than springs give back.
 // Rest: with v_n = 0 and constant forces, x* - x_n is a h^2/2 and v* is a h. So p holds x where it was and 2 p/h takes v* away,
 // though few sweeps leave links too long. Velocity pulses therefore begin with 2 |p| / h along u. Sweeps over
 //   mu' = max(0, mu + u.d')   of links that are taut
-// take back the excess if an impact asks for less. A sheet of 16 x 16 that hangs by its upper row, 32 sweeps at 60 Hz, float:
-// from mu = |p| / h it kept 7e-2 m/s, so it keeps 1e-5. Colours are visited in one order, which came two to four times as near
-// as forwards and backwards.
+// take back the excess if an impact asks for less. A sheet of 16 x 16 that hangs by its upper row, 32 sweeps at 60 Hz: begun
+// with mu = |p| / h it kept 7e-2 m/s; with 2 |p| / h it keeps 1e-5, in float. Colours are visited in one order, which came two
+// to four times as near as forwards and backwards.
 // Limits: pulses spread by one link a visit. A sheet of 24 x 32, 60 Hz, the first row held, is 2.1e-2 too long by 32 iterations
 // and 4.7e-3 by 100; 16 x 16 5.2e-3, in sub-steps of 1/240 s 3.3e-4. A row drawn straight between two held corners at its own
-// length could bear its sheet only by an infinite tension: it is 2e-2 too long by 32 iterations in sub-steps of 1/240 s, 6e-3
-// by 200.
+// length could bear its sheet only by an infinite tension: by 32 iterations it is 2e-2 too long in sub-steps of 1/240 s, by 200
+// 6e-3.
 //
 // Line: e = x - p. The pulses remove the parts of e and v along two unit vectors across the line. Point: x = at, v = 0.
 //
@@ -225,8 +223,7 @@ inline constexpr T least_rest = T(1) / T(16);
 // A chain whose squared lengths are all right to this needs no further step of Newton's.
 template <class T>
 inline constexpr T chain_tolerance = sizeof(T) == 4 ? T(2e-6) : T(4e-15);
-// The least cosine of a link's turn in a sub-step. A link that has turned further is astray: pulses along n would swing the
-// chain up.
+// The least cosine of a link's turn in a sub-step. Beyond it a link is astray: pulses along n would swing the chain up.
 template <class T>
 inline constexpr T least_turn = T(0.7);
 // The least pivot, as a part of its link's own coefficient. It replaces smaller ones, which a chain drawn straight between two
@@ -240,8 +237,7 @@ inline constexpr T chain_lost = sizeof(T) == 4 ? T(1e-3) : T(1e-8);
 // (h omega)^2 of the fastest transverse motion, at most: RATTLE is stable below 4.
 template <class T>
 inline constexpr T most_transverse = T(2);
-// The most energy that pulses may give or take, as a part of: the kinetic energy; what the pulses themselves carry; what the
-// forces do.
+// The most energy that pulses may give or take, as a part of: the kinetic energy; the energy of the pulses; that of the forces.
 template <class T>
 inline constexpr T most_given = T(1e-4);
 template <class T>
@@ -257,7 +253,8 @@ inline constexpr T most_parts = T(1024);
 // More sub-steps than these are taken for the sake of lengths alone.
 template <class T>
 inline constexpr T most_parts_for_energy = T(256);
-// A limit is right to the first part of its length in position, and to the second part in velocity, each sub-step.
+// A limit holds if it is right to limit_tolerance of its length in position, and to limit_rate_tolerance a sub-step in
+// velocity.
 template <class T>
 inline constexpr T limit_tolerance = sizeof(T) == 4 ? T(1e-6) : T(2e-15);
 template <class T>

@@ -169,7 +169,7 @@ class Chains {
   std::vector<bool> is_taken_;
 };
 
-// Takes those blocks out whose kind `is_of` accepts, and whose particles no other block moves.
+// Takes out the blocks whose kind `is_of` accepts and whose particles no other block moves.
 template <class IsOf>
 Blocks take_lone(Blocks& blocks, std::size_t elements, const IsOf& is_of) {
   std::vector<std::uint32_t> blocks_at(elements, 0);
@@ -205,7 +205,7 @@ Blocks blocks_of(const std::deque<One>& ones, std::size_t elements) {
   for (const One& one : ones) {
     if (one.kind == ColourKind::at_least || one.kind == ColourKind::line) all.push_back(alone(one, one.kind));
   }
-  // A chain of limits is solved whole if it shares no particle, as one visit a sub-step then suffices. Others are split into
+  // A chain of limits that shares no particle is solved whole, as one visit a sub-step suffices. Other chains are split into
   // links.
   Blocks solved =
       take_lone(all, elements, [](ColourKind kind) { return kind == ColourKind::limit || kind == ColourKind::at_most; });
@@ -223,7 +223,7 @@ Blocks blocks_of(const std::deque<One>& ones, std::size_t elements) {
 }
 
 // Links of tension T_k join particles of 1/m = w. Across them omega^2 is at most two times w_k (T_{k-1}/l_{k-1} + T_k/l_k).
-// Here T_k is the weight of what is beyond, over gravity.
+// Here T_k is the weight of all that is beyond the link, over gravity.
 double hanging_rate_of(const ConstraintBlock& chain) {
   double most = 0;
   double beyond = 0;
@@ -313,7 +313,7 @@ class HungLinks {
     }
   }
 
-  // If a link alone holds what is beyond it, it carries at most that. Goes from the tips of branches inwards.
+  // A link that alone holds the particles beyond it carries at most their mass. Goes from the tips of branches inwards.
   void load_branches() {
     std::vector<double> beyond = mass_;
     std::vector<bool> is_cut(links_.size(), false);

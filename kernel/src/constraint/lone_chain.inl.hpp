@@ -120,7 +120,7 @@ Mask<V> place_lone(const ChainTerms<Scalar<V>>& terms, const Axes<Scalar<V>>& x,
   }
 }
 
-// Applies both pulses to x and v, where the forces alone have led.
+// Applies both pulses. On entry x and v are where the forces alone have led.
 template <class V, Arithmetic arithmetic>
 ChainCourse<V> pulse_chain(const ChainTerms<Scalar<V>>& terms, const Axes<Scalar<V>>& x, const Axes<Scalar<V>>& v,
                            const SomeChains<V>& chains, Mask<V> where, V per_step, V grain) noexcept {
@@ -137,7 +137,7 @@ ChainCourse<V> pulse_chain(const ChainTerms<Scalar<V>>& terms, const Axes<Scalar
   return {is_lost, transverse, first.carried - second.carried, first.carried + second.carried, second.moving};
 }
 
-// slight: twice an energy that is negligible beside what the forces do in a sub-step.
+// slight: twice an energy that counts as none.
 template <class V, Arithmetic arithmetic>
 Mask<V> gives_too_much(const ChainCourse<V>& course, V slight) noexcept {
   return magnitude(course.given) > multiply_add<arithmetic>(V(most_given<Scalar<V>>), course.moving, slight);

@@ -19,8 +19,8 @@ std::size_t find_impacts(const ImpactTerms<T>& terms, const std::uint32_t* pairs
   return at;
 }
 
-// Writes the pairs from `from` to `to` of which a particle was hit in this round, and neither in a later one. Returns their
-// number. Up to most_chosen more may be written.
+// Writes those of the pairs from `from` to `to` with a particle that was hit in this round, and with none hit in a later one.
+// Returns their number. Up to most_chosen more may be written.
 template <class T>
 std::size_t find_hit(const ImpactTerms<T>& terms, std::size_t from, std::size_t to, T round, std::uint32_t* pairs) noexcept {
   std::size_t count = 0;

@@ -33,7 +33,7 @@ template <class T>
 class PairLists {
  public:
   PairLists() = default;
-  // spare: the numbers that spare() has room for at least.
+  // spare: the least size of spare().
   PairLists(std::size_t particles, std::size_t pairs, std::size_t spare = 0);
 
   // Sets the number of particles from the next build on: at most that of the constructor.

@@ -14,7 +14,7 @@
 namespace dvdx {
 
 inline constexpr std::uint32_t fewest_cell_bits = 2;  // along an axis
-inline constexpr double farthest_cell = 1e15;         // beyond it double does not hold a cell's number to the unit
+inline constexpr double farthest_cell = 1e15;         // beyond it double does not resolve single cells
 inline constexpr std::uint32_t cells_per_particle = 4;
 inline constexpr std::size_t listed_at_once = 512;  // by a task: fixed, so that nothing depends on threads
 inline constexpr std::size_t dealt_at_once = 2048;  // likewise, to slabs
@@ -93,7 +93,7 @@ auto PairLists<T>::box_of(const MetListed<T>* listed, const T* a, T ordinary, st
   return box;
 }
 
-// Makes cells as small as the particles allow that do not look far. Along each axis there are as many cells as the particles'
+// Makes cells as small as the particles that do not look far allow. Along each axis there are as many cells as the particles'
 // box is long, within the available memory.
 template <class T>
 void PairLists<T>::shape(const Box& box, T ordinary, T reach) noexcept {
@@ -258,7 +258,7 @@ class PairLists<T>::Search {
   }
 
  private:
-  // Keeps those of the found pairs that are accepted.
+  // Keeps the found pairs that are accepted.
   void keep(std::size_t from, const Looked& looked) noexcept {
     std::size_t used = region_.first + region_.used;
     if constexpr (std::is_same_v<Accepts, AllPairs>) {
@@ -300,7 +300,7 @@ class PairLists<T>::Search {
     of_.found_[region_.end - 2 * region_.far] = pair[0];
     of_.found_[region_.end - 2 * region_.far + 1] = pair[1];
   }
-  // A particle that is larger, or goes farther, tests all particles that are not larger still.
+  // A particle that is larger, or goes farther, tests all with a smaller a, or an equal one and a lower number: each pair once.
   void look_far(std::size_t s) noexcept {
     const std::vector<std::uint32_t>& starts = of_.starts_;
     const std::uint32_t all = starts[of_.cells_];

@@ -69,12 +69,12 @@ struct Pulse {
   T number = 0;
 };
 
-// A contact in the rounds: C, and the pulses that keep it.
+// A contact in the rounds: C, and the pulses that keep it from being negative.
 template <class T>
 struct Separation {
   Point<T> n{};     // from j to i
   T gap = 0;        // C as the impacts leave it, m
-  Point<T> slip{};  // the relative way along the surface in the sub-step, m
+  Point<T> slip{};  // relative displacement along the surface in the sub-step, m
   T normal = 0, normal_y = 0;
   Point<T> along{}, along_y{};
   T begun = 0;  // the normal pulse that the sub-step began with
@@ -167,7 +167,7 @@ struct MetStart {
 template <class T>
 struct MetEnd {
   Point<T> x{};  // as the flows leave it, m
-  T strays = 0;  // deviation from the mean way of all in this sub-step, m
+  T strays = 0;  // deviation from the mean displacement of all in this sub-step, m
 };
 template <class T>
 struct MetListed {
@@ -215,26 +215,26 @@ T inner(const Point<T>& a, const Point<T>& b) noexcept {
   return (a[0] * b[0] + a[1] * b[1]) + a[2] * b[2];
 }
 
-// Returns true if the chord of a pair comes nearer than the distance.
+// Returns true if the chord of a pair comes nearer than `distance`.
 template <class T>
 bool comes_within(const Point<T>& q0, const Point<T>& q1, T distance) noexcept;
 
-// The impact of a pair, with d the wanted distance and h the sub-step, or of a particle with a surface.
+// Finds the impact of a pair, with d the wanted distance and h the sub-step, or of a particle with a surface.
 template <class T>
 Impact<T> find_impact(std::size_t i, std::size_t j, const MetParticles<T>& of, T d, T h, T slowest) noexcept;
 template <class T>
 void find_impact(MetWall<T>& wall, std::size_t i, const MetParticles<T>& of, T h, T slowest) noexcept;
-// The impulse on a particle that moves by u, m/s, relative to what it meets. w: the sum of both, 1/kg.
+// The impulse on a particle that moves by u, m/s, relative to its partner. w: the sum of both, 1/kg.
 template <class T>
 Point<T> impulse_of(const Point<T>& n, const Point<T>& u, T w, T e, T mu) noexcept;
 
-// Begins the contact of a pair after impacts, from q0 to q1, with the pulse of the sub-step before or with none; and that of a
-// surface, relative to which a particle moves by D.
+// Begins the contact of a pair after impacts, from q0 to q1, or that of a surface, relative to which a particle moves by D.
+// kept: the pulse of the sub-step before, or none.
 template <class T>
 Pulse<T> begin_contact(Separation<T>& contact, const Point<T>& q0, const Point<T>& q1, T d, const Pulse<T>& kept) noexcept;
 template <class T>
 Pulse<T> begin_contact(Separation<T>& contact, const Point<T>& D, const Pulse<T>& kept) noexcept;
-// One round of a contact. moved: how far both have been pushed, relative, m. w: 1/kg of both, times their acting pulses.
+// One round of a contact. moved: the relative push of both sides, m. w: the sum of 1/kg times acting pulses over both sides.
 template <class T>
 void push(Separation<T>& contact, Pulse<T>& pulse, const Point<T>& moved, T w, T mu, T beta) noexcept;
 // The pulse that the next sub-step begins with. weight: the pulse of a pair that carries its own weight.

@@ -7,7 +7,7 @@
 namespace dvdx {
 namespace met_pairs {
 
-// The start and the end of a particle's way, as impacts have changed them.
+// The start, the end and the velocity of a particle's path, as impacts have changed them.
 template <class T>
 struct Path {
   Point<T> from, to, v;

@@ -170,7 +170,7 @@ class MeetContacts {
   }
   void deal_out(std::size_t number, Task& task, std::size_t from, std::size_t end) noexcept {
     std::uint32_t* const summed = room_.summed.data() + from;
-    // begins[d]: where the particles begin that have d pulses fewer than the most.
+    // begins[d]: the place of the first particle with d pulses fewer than the most.
     std::array<std::uint16_t, 2 + most_pulses> begins{};
     for (std::size_t i = from; i < end; ++i) ++begins[task.most_summed - room_.counts[i] + 1];
     for (std::size_t k = 1; k <= task.most_summed; ++k) begins[k] = static_cast<std::uint16_t>(begins[k] + begins[k - 1]);
@@ -221,7 +221,7 @@ class MeetContacts {
       of_.kernels.push(of_walls, task.first_wall, task.first_wall + task.walls);
     });
   }
-  // Sums the pulses of each particle: how far they move it.
+  // Sums the pulses of each particle into its push.
   void sum_pulses() noexcept {
     const SumTerms<T> terms{.slices = room_.slices.data(),
                             .particles = room_.summed.data(),
@@ -276,7 +276,7 @@ class MeetContacts {
   const MeetSubstep<T>& of_;
   MeetRoom<T>& room_;
   Far far_ = Far::left;
-  T longest_ = 0;  // m: of all pushes of the sub-step
+  T longest_ = 0;  // m: the longest push of the sub-step
 };
 
 }  // namespace dvdx

@@ -17,7 +17,7 @@ class MeetNear {
   explicit MeetNear(const MeetSubstep<T>& of) noexcept : of_(of), room_(of.room) {}
 
   enum class Found { all, too_many };
-  // Fills the room's pairs from the lists, and the places where each particle finds its own.
+  // Fills the room's pairs from the lists, and the places of each particle's pairs.
   Found find() noexcept {
     find_pairs();
     const bool have_room = number_tasks();
@@ -146,7 +146,7 @@ class MeetNear {
     });
   }
 
-  // Finds the surfaces near a particle that pairs may push, or whose radius is more than flows keep it off by.
+  // Finds the surfaces near a particle if pairs may push it, or if its radius is more than flows keep it off by.
   void find_walls(std::size_t i, bool has_pairs) noexcept {
     room_.wall_count[i] = 0;
     const T more = of_.rules.off_surfaces(i);

@@ -93,7 +93,7 @@ struct MeetRoom {
     pairs[p / meeting_lanes].i[p % meeting_lanes] = pair.i;
     pairs[p / meeting_lanes].j[p % meeting_lanes] = pair.j;
   }
-  // `pulses` holds, after those of pairs: the same as the higher-numbered particles take them, those of surfaces, and a zero.
+  // `pulses` holds, after those of pairs: their opposites for the higher-numbered particles, those of surfaces, and a zero.
   [[nodiscard]] Pulse<T>* against() noexcept { return pulses.data() + wanted.size(); }
   [[nodiscard]] Pulse<T>& wall_pulse(std::size_t wall) noexcept { return pulses[2 * wanted.size() + wall]; }
   [[nodiscard]] std::size_t no_pulse() const noexcept { return pulses.size() - 1; }
@@ -115,7 +115,7 @@ struct MeetRoom {
       if (pulse.number > 0) use(std::size_t{pair.i}, pair.j, pulse);
     });
   }
-  // Prepares for keep(), which takes pairs by i, then by j, as many as there is room for.
+  // Prepares for keep(). Pairs must come by i, then by j, no more than there is room for.
   void begin_keeping() noexcept {
     pair_count = 0;
     for (MeetTask& task : tasks) task.kept_first = task.kept = 0;
@@ -129,7 +129,7 @@ struct MeetRoom {
     kept_pulses[pair_count++] = pulse;
   }
   // Sets the number of particles from the next sub-step on, at most that of the constructor. New ones have the highest numbers.
-  // Without renumber(), what is kept may belong to particles that have gone, so fewer particles keep nothing.
+  // If particles went without renumber(), kept pulses may belong to others, so a lower count drops them.
   void be_of(std::size_t count) noexcept {
     if (count == particles) return;
     if (count < particles) {
@@ -138,13 +138,13 @@ struct MeetRoom {
     }
     resize(count);
   }
-  // Keeps nothing: the next sub-step is of another state.
+  // Drops what is kept: the next sub-step is of another state.
   void forget() noexcept {
     is_kept = false;
     std::fill(parts.begin(), parts.end(), std::uint8_t{1});
   }
-  // after[i]: the new number of particle i, which ascends with i, or no_partner if it has gone. `count` particles are left,
-  // with what is kept of them.
+  // after[i]: the new number of particle i, which ascends with i, or no_partner if it has gone. `count` particles are left, and
+  // all that is kept of them.
   void renumber(std::span<const std::uint32_t> after, std::size_t count) noexcept {
     const std::size_t before = pair_count;
     pair_count = 0;
@@ -166,7 +166,7 @@ struct MeetRoom {
   static constexpr std::size_t whole_lanes(std::size_t pairs) noexcept {
     return tasks_of(pairs, meeting_lanes) * meeting_lanes;
   }
-  // Leaves room for a partial block after the close pairs of each task, and another after the far ones.
+  // Includes a partly used block after the close pairs of each task, and another after the far ones.
   static constexpr std::size_t most_pairs(const MeetShape& shape) noexcept {
     return whole_lanes(shape.particles * shape.most_neighbours / 2) +
            2 * tasks_of(shape.particles, particles_per_meeting_task) * meeting_lanes;
@@ -180,7 +180,7 @@ struct MeetRoom {
   [[nodiscard]] std::uint32_t* candidates(std::size_t task) noexcept {
     return places.data() + tasks[task].first + task * meeting_lanes;
   }
-  // Turns what is kept with the state: turn(along) turns one vector.
+  // Turns the kept pulses with the state: turn(along) turns one vector.
   template <class Turn>
   void turn_kept(const Turn& turn) {
     for (Pulse<T>& pulse : kept_pulses) turn(pulse.vector);
@@ -235,7 +235,7 @@ struct MeetRoom {
   std::vector<std::uint32_t> summed{};
   std::vector<T> summed_w{};
   std::vector<std::uint32_t> places{};
-  std::vector<MeetPush<T>> pushed{};  // by particle, then for each task one of nobody
+  std::vector<MeetPush<T>> pushed{};  // by particle, then one per task for lanes without a particle
   std::vector<MetPair> kept_pairs{};  // by i, then by j
   // Walls in lanes, by their numbers. The partner is nobody.
   std::vector<MetPairs> wall_pairs{};
@@ -267,11 +267,11 @@ struct MeetRoom {
  private:
   void resize(std::size_t count) noexcept {
     particles = count;
-    tasks.resize(tasks_of(count, particles_per_meeting_task));  // within what the constructor took
+    tasks.resize(tasks_of(count, particles_per_meeting_task));  // within the constructor's capacity
     lists.be_of(count);
     is_listed = false;
   }
-  // Moves all that a step leaves of a particle to the next step, and its last position.
+  // Moves the values that a particle keeps between steps, and its last position, to a new number.
   void move(std::size_t from, std::size_t to) noexcept {
     end[to] = end[from];
     for (std::size_t s = 0; s < walls_each; ++s) {

@@ -23,7 +23,7 @@ namespace {
 constexpr std::size_t most_meeting_groups = 1024;
 constexpr double most_pairs_of_all = 1 << 29;           // so that 32-bit indices reach all that passes gather
 constexpr double least_size = 1e-15, most_size = 1e15;  // m
-constexpr double near_at_start = 1 - 1e-6;              // of the distance that a pair wants
+constexpr double near_at_start = 1 - 1e-6;              // of the wanted distance: nearer pairs are near at the start
 
 bool passes_near_ones(const Meet& meet) noexcept {
   return meet.near_at_start == NearAtStart::pass || (meet.near_at_start == NearAtStart::by_kind && !meet.radius);

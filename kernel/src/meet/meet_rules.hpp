@@ -78,7 +78,7 @@ class MeetRules {
   Wanted wanted_ = Wanted::sum;
   std::vector<T> r_;
   T least_ = 0, most_ = 0;
-  std::vector<Vec3> start_;  // m: empty unless pairs that are near at the start pass
+  std::vector<Vec3> start_;  // m: empty unless pairs that start near pass
   std::vector<std::uint16_t> group_of_;
   std::vector<std::uint8_t> met_;  // whether two groups meet
   std::size_t groups_ = 0;

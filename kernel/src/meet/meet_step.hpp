@@ -30,7 +30,7 @@ struct MeetingsOfScene {
 template <class T>
 class MeetStep {
  public:
-  // particles: how many there are; a part of a larger scene takes the number of the whole instead.
+  // particles: their number. A part of a larger scene takes the number of the whole instead.
   MeetStep(const MeetingsOfScene<T>& scene, MeetRoom<T>& room, const WorkColumns<T>& work, std::size_t particles,
            const PartContext& elsewhere, const MeetKernels<T>& kernels, const ParallelFor& parallel,
            ContactReport::Parts* report) noexcept
@@ -128,7 +128,7 @@ class MeetStep {
   static bool is_finite(const Point<T>& x) noexcept {
     return (x[0] - x[0]) + (x[1] - x[1]) + (x[2] - x[2]) == 0;  // else it is NaN
   }
-  // Sums by tasks, whose size does not depend on the number of threads.
+  // The mean over all particles. It sums by tasks, whose size does not depend on the number of threads.
   [[nodiscard]] Point<T> mean(std::array<double, 3> WaySums::*of, std::uint32_t WaySums::*count) const noexcept {
     std::array<double, 3> sum{};
     double all = 0;
@@ -160,7 +160,7 @@ class MeetStep {
     ++room_.rebuilt;
     room_.is_listed = true;
     room_.listed_by = of_.rules.fingerprint();
-    const double most = 4 * double{least_ordinary()};  // counted of one particle
+    const double most = 4 * double{least_ordinary()};  // the most that one particle counts in the mean
     for (const T skin : {nominal_skin(), T(0)}) {
       room_.skin = skin;
       of_.over_tasks([&](Task& task, std::size_t from, std::size_t end) {
@@ -193,8 +193,8 @@ class MeetStep {
     return found == PairLists<T>::Found::all ? Found::all : Found::too_many;
   }
 
-  // The largest a that cells are made for. It covers most particles, as each with more looks through 125 cells, one by one. A
-  // few fast ones do not widen the cells of all. No bit depends on it.
+  // The largest a that cells are made for. It covers most particles: each with a larger one searches 125 cells, one by one. A
+  // few fast particles do not widen the cells of all. No bit depends on it.
   [[nodiscard]] T ordinary() const noexcept {
     constexpr double wider = 1.5;
     double sum = 0;
@@ -207,7 +207,7 @@ class MeetStep {
   }
   [[nodiscard]] T least_ordinary() const noexcept { return of_.rules.most_reach() + T(0.5) * nominal_skin(); }
 
-  // m: a touching particle that would move less stays; 0: all move.
+  // m: a touching particle that would move less than this stays; 0: all move.
   [[nodiscard]] T way_at_rest() const noexcept {
     if (!of_.rules.are_balls() || !(of_.rules.meet().friction > 0)) return 0;
     const bool has_movers =
@@ -247,7 +247,7 @@ class MeetStep {
     if (share_.is_there()) share_.put_back(of_.parallel);
   }
 
-  // Adds to the report the pushes and impacts on surfaces from here; the flows report the others.
+  // Adds the pushes and impacts of meetings on surfaces to the report. The flows report the others.
   void report() noexcept {
     for (std::size_t contact = 0; contact < report_->centers.size() && room_.walls_each != 0; ++contact) {
       std::optional<ContactSums> sums;

@@ -83,7 +83,7 @@ struct MeetSubstep {
     const T most = 4 * rules.most_radius();
     return T(0.01) * rules.least_radius() + (room.longest < most ? 3 * room.longest : most);
   }
-  // m: how much pushes may add to the ways of a pair.
+  // m: how much nearer than their paths pushes may bring a pair.
   [[nodiscard]] T margin() const noexcept { return T(0.1) * rules.least_radius(); }
 };
 

@@ -55,7 +55,7 @@ struct PlacesAbout {
   std::size_t count = 0;
   std::size_t all = 0;  // places
 
-  // `cells` cells from `first` on; it must be 1 where `first` is at an end of its row.
+  // Finds the places about `cells` cells from `first` on. `cells` must be 1 if `first` is at an end of its row.
   [[gnu::always_inline]] void find(const CellGrid& grid, const std::uint32_t* starts, const CellGrid::Cell& first,
                                    std::uint32_t cells) noexcept {
     count = all = 0;

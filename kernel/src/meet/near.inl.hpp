@@ -81,7 +81,7 @@ struct Looker {
   }
 };
 
-// Finds how many cells along x, from that of a place on, share their candidates.
+// Finds the number of cells along x, from that of a place on, whose particles share candidates.
 template <class T>
 [[gnu::always_inline]] inline std::uint32_t find_block(const NearTerms<T>& terms, std::size_t from, std::uint32_t cell,
                                                        PlacesAbout& about) noexcept {

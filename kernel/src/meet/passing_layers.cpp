@@ -52,7 +52,7 @@ void over_near(std::span<const Placed> placed, const Placed& at, const Use& use)
   }
 }
 
-// The shortest paths from one particle along what joins particles.
+// The shortest paths from one particle along springs and rods.
 class WaysAlong {
  public:
   WaysAlong(std::span<const JoinedPair> joined, std::span<const Vec3> start)

@@ -11,9 +11,9 @@
 
 namespace dvdx {
 
-// Counts the pairs that are no neighbours: the path between them along what joins particles is more than twice what the pair
-// wants, or there is none. wanted(i, j), m, at most `most`: the distance wanted by a pair that is nearer and would otherwise
-// meet; 0 for any other. The count stops at the number of particles, and after so many tests that a cloth needs by far fewer.
+// Counts the pairs that are no neighbours: the path between them along springs and rods is more than twice what the pair wants,
+// or there is none. wanted(i, j), m, at most `most`: the distance wanted by a pair that is nearer and would otherwise meet; 0
+// for any other. The count stops at the number of particles, and after 1024 tests for each, far more than cloth needs.
 [[nodiscard]] std::size_t count_passing_layers(std::span<const JoinedPair> joined, std::span<const Vec3> start, double most,
                                                const std::function<double(std::uint32_t, std::uint32_t)>& wanted);
 

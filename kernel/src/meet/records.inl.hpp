@@ -49,7 +49,7 @@ class RecordLanes {
   std::array<std::uint32_t, V::size> first_;
 };
 
-// Where records side by side begin.
+// Where consecutive records begin.
 template <class V>
 inline constexpr std::array<std::uint32_t, V::size> records_in_a_row = [] {
   std::array<std::uint32_t, V::size> at{};

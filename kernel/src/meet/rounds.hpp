@@ -66,8 +66,8 @@ struct MeetKernels {
   // Writes the impacts of the given pairs from number `at` on. Returns the end of those written.
   std::size_t (*find_impacts)(const ImpactTerms<T>& terms, const std::uint32_t* pairs, std::size_t count,
                               std::size_t at) noexcept = nullptr;
-  // Finds the pairs from `from`, the first of a block, to `to` of which a particle was hit in a round, and neither in a later
-  // one. Returns their number; meeting_lanes more may be written.
+  // Finds those of the pairs from `from`, the first of a block, to `to` with a particle that was hit in `round`, and with none
+  // hit in a later one. Returns their number; meeting_lanes more may be written.
   std::size_t (*find_hit)(const ImpactTerms<T>& terms, std::size_t from, std::size_t to, T round,
                           std::uint32_t* pairs) noexcept = nullptr;
   // Begins the pairs from `from`, the first of a block, to `to`; others of the last block may be begun with them. Returns the

@@ -1,5 +1,5 @@
-// The ways of particles, which are their displacements in a sub-step, as passes take them. These copy the columns that flows
-// step into records of four, and find how far each particle strays from the mean way of all.
+// The ways of particles, which are their displacements in a sub-step, as passes take them. The passes copy the columns that
+// flows step into records of four, and find how far each particle strays from the mean way of all.
 #pragma once
 
 #include <array>

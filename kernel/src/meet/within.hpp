@@ -21,7 +21,7 @@ struct WithinTerms {
   T widest = 0;   // m: no pair wants more
   T margin = 0;   // m: beyond the distance that a pair wants
   T most = 0;     // m: strays widen the reach by at most this
-  T far = 0;      // m: pairs beyond the wanted distance and this are far; no result depends on it
+  T far = 0;      // m: pairs farther than this beyond the wanted distance are far; no result depends on it
   T slowest = 0;  // m/s
   // The near pairs in the order of their places, from the first place of a call on, and no farther than its last.
   std::uint32_t *i = nullptr, *j = nullptr;
