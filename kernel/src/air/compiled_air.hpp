@@ -45,7 +45,7 @@ class Air {
 
   [[nodiscard]] bool is_grid() const noexcept { return W_right_ != nullptr; }
   [[nodiscard]] const GridAirTerms<T>& grid() const noexcept { return grid_; }
-  // Without p, which is a workspace's.
+  // Without p and g, which are a workspace's.
   [[nodiscard]] const TriangleTerms<T>& triangles() const noexcept { return list_; }
   [[nodiscard]] const std::vector<AirNetwork>& networks() const noexcept { return networks_; }
   [[nodiscard]] std::size_t count() const noexcept { return count_; }  // triangles, none of them torn

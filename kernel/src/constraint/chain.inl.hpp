@@ -193,8 +193,7 @@ void put_chain_back(const ChainTerms<Scalar<V>>& terms, const Axes<Scalar<V>>& x
   }
 }
 
-// Each particle follows the one before it to its link's length, from the end that cannot move, or else about the centre of
-// mass.
+// Each particle follows the one before it to its link's length, from the end that cannot move, or about the centre of mass.
 template <class V, Arithmetic arithmetic>
 void follow(const ChainTerms<Scalar<V>>& terms, std::size_t first, std::size_t links) noexcept {
   using T = Scalar<V>;
@@ -227,9 +226,8 @@ void follow(const ChainTerms<Scalar<V>>& terms, std::size_t first, std::size_t l
   }
 }
 
-// For chains that have turned too far for pulses along n. Their particles follow each other, and velocities take only the
-// velocity pulse. If the last particle cannot move either, Newton's steps along each step's own d correct the lengths if they
-// can.
+// For chains that have turned too far for pulses along n. Their particles follow each other; velocities get the velocity pulse
+// alone. If the last particle cannot move either, Newton's steps along each step's own d correct the lengths if they can.
 template <class V, Arithmetic arithmetic>
 void gather_in(const ChainTerms<Scalar<V>>& terms, const Axes<Scalar<V>>& x, std::size_t first, std::size_t links,
                Mask<V> where) noexcept {

@@ -431,7 +431,7 @@ void take_excess(const Chain<T>& chain, const Axes<T>& x, const Axes<T>& v, cons
 }
 
 // If no sub-step is short enough, the particles follow each other. A chain held at both ends whose lengths are not found in
-// this way, as one that is drawn straight, stays.
+// this way, such as one drawn straight, stays.
 template <Arithmetic arithmetic, class T>
 void give_in(const Chain<T>& chain, const Axes<T>& x, const Axes<T>& v) noexcept {
   const ChainTerms<T>& terms = chain.terms;

@@ -23,8 +23,8 @@
 // Distance: d = x_b - x_a, n = d at x_n (of any length), and the ends move by -+ (w / (w_a + w_b)) s n:
 //   |d + s n| = l,   s = (l^2 - d.d) / (d.n + sqrt((d.n)^2 - n.n (d.d - l^2)))      the nearer root, without cancellation
 //   m = -(d.u) / d.d along d
-// If there is no root, or d has turned away from n by 90 degrees or more, s = l/|d| - 1 along d. The velocity then takes only
-// its own pulse.
+// If there is no root, or d has turned away from n by 90 degrees or more, s = l/|d| - 1 along d. The velocity then gets
+// the velocity pulse alone.
 // Bounds (<= l, >= l) act where they are violated. The sum of a constraint's pulses keeps the sign in which it can pull (or
 // push). The velocity pulse acts where the position pulse did. If the bound was free at x_n, the violation began at the part f
 // of the sub-step: |n + f (d - n)| = l on the straight line from n to d (as Brown has it). n is then that direction, and the
@@ -253,8 +253,7 @@ inline constexpr T most_parts = T(1024);
 // More sub-steps than these are taken for the sake of lengths alone.
 template <class T>
 inline constexpr T most_parts_for_energy = T(256);
-// A limit holds if it is right to limit_tolerance of its length in position, and to limit_rate_tolerance a sub-step in
-// velocity.
+// A limit holds if its length is right to limit_tolerance of it, and its velocity to limit_rate_tolerance of it a sub-step.
 template <class T>
 inline constexpr T limit_tolerance = sizeof(T) == 4 ? T(1e-6) : T(2e-15);
 template <class T>

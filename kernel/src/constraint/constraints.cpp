@@ -205,8 +205,7 @@ Blocks blocks_of(const std::deque<One>& ones, std::size_t elements) {
   for (const One& one : ones) {
     if (one.kind == ColourKind::at_least || one.kind == ColourKind::line) all.push_back(alone(one, one.kind));
   }
-  // A chain of limits that shares no particle is solved whole, as one visit a sub-step suffices. Other chains are split into
-  // links.
+  // A chain of limits that shares no particle is solved whole, as one visit a sub-step suffices. Others are split into links.
   Blocks solved =
       take_lone(all, elements, [](ColourKind kind) { return kind == ColourKind::limit || kind == ColourKind::at_most; });
   for (ConstraintBlock& block : all) {
@@ -372,10 +371,10 @@ double swept_rods_rate(const Scene& scene, std::span<const Vec3> start, std::spa
 }
 
 // RATTLE is stable while (h omega)^2 < 4. Sweeps leave lengths off by a part of about (h omega)^2, and rods lose energy by it.
-// In 5 s at 60 steps a second trees of 4 to 256 rods and rings on a rod lose up to 1.5 % if it is at most 0.01, and 20 to 60 %
-// if it is 0.2 to 1. Beyond 4 a ring of 40 on a rod gained 13 times what there was. Ropes that cross take energy at any value:
-// nets of 5 x 5 to 64 x 64 on a corner or two with up to 1e4 times a particle's mass stay within 3 % of their lengths if it is
-// at most 4, and are up to 6.6 times their length if it is 900.
+// In 5 s at 60 steps a second trees of 4 to 256 rods and rings on a rod lose up to 1.5 % if (h omega)^2 is at most 0.01, and 20
+// to 60 % if it is 0.2 to 1. Beyond 4 a ring of 40 on a rod gained 13 times the energy. Ropes that cross take energy at any
+// value: nets of 5 x 5 to 64 x 64 on a corner or two with up to 1e4 times a particle's mass stay within 3 % of their lengths if
+// it is at most 4, and are up to 6.6 times their length if it is 900.
 int substeps_of_rods(double frequency, double h) noexcept {
   constexpr double most_turn = 0.1;  // h omega
   constexpr int most = 1024;

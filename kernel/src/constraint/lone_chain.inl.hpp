@@ -237,7 +237,7 @@ void take_excess(const ChainTerms<Scalar<V>>& terms, const Axes<Scalar<V>>& x, c
 }
 
 // If no sub-step is short enough, the particles follow each other. A chain held at both ends whose lengths are not found in
-// this way, as one that is drawn straight, stays.
+// this way, such as one drawn straight, stays.
 template <class V, Arithmetic arithmetic>
 void give_in(const ChainTerms<Scalar<V>>& terms, const Axes<Scalar<V>>& x, const Axes<Scalar<V>>& v,
              const SomeChains<V>& chains, Mask<V> where) noexcept {

@@ -17,9 +17,9 @@
 //                 position pulse   e' = e + s p,  |e'| = r,   and u' = u + s p / tau
 //                 velocity pulse   u'' = u' + m e',  so that u''.e' = 0,  as far as both together pull (or push): m is at most
 //                                  -s / tau for `at_most`, at least that for `at_least`
-// Energy        If nothing else acts within tau, e = p + tau u and e' = p + tau u', so u'.e' = tau |u'|^2/2 = -u'.p, and u' is
-//               the part of u across p. Hence |u''|^2 = |u'|^2 - (u'.e'/r)^2 = |u|^2 - (u.p/r)^2: the part along p is lost, the
-//               part across it is kept to the last digit, whatever h is. If m is cut off,
+// Energy        If nothing else acts within tau, e = p + tau u and e' = p + tau u', so u'.e' = tau |u'|^2/2 = -u'.p, and u'
+//               keeps the part of u across p. Hence |u''|^2 = |u'|^2 - (u'.e'/r)^2 = |u|^2 - (u.p/r)^2: the part along p is
+//               lost, the part across it is kept to the last digit, whatever h is. If m is cut off,
 //               |u''|^2 = |u|^2 - 2 (s/tau) tau |u'|^2 <= |u|^2. Forces within tau do work on another way than without the
 //               ball. The pulses are right to second order in this work.
 // Violated      A particle that begins beyond the bound (a target that jumps, a radius below the start) is first set onto the

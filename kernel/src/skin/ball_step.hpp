@@ -41,7 +41,7 @@ class BallStep {
     });
   }
 
-  // Begins this step's way of the skins that the caller drives. Poses are those at its start.
+  // Begins this step's paths of the skins that the caller drives. Poses are those at its start.
   void begin_driven_paths(const Clock& clock, double step) const noexcept {
     for (std::size_t k = 0; k < of_.driven.size(); ++k) {
       if (!of_.driven[k].has_path()) continue;
@@ -93,7 +93,7 @@ class BallStep {
     const DrivenSkin& driven = of_.driven[*list.skin];
     if (driven.is_driven()) {
       const Followed of{list, terms, from, to};
-      // Centers ascend. If their numbers follow each other, the loop is vectorised.
+      // Centers ascend. If they are consecutive, the loop is vectorised.
       const std::size_t first = list.center[from];
       if (list.center[to - 1] - first == to - 1 - from) {
         follow(driven, at, of, [first, from](std::size_t s) { return first + (s - from); });

@@ -75,8 +75,8 @@ class DrivenSkin {
     lacks_normals_ = false;
   }
 
-  // Carries its points and normals along, and those that were asked for. start: where it rests until something drives it; null
-  // for a skin that follows a motion, which is carried itself.
+  // Carries along its points and normals, present and asked for. start: where it rests until something drives it; null for a
+  // skin that follows a motion, which is carried itself.
   void carry(const RigidMotion& by, const SkinStart* start) noexcept {
     if (start != nullptr && !is_driven_) {
       for (std::size_t i = 0; i < shape_.particles; ++i) points_.rest(i, start->points[i]);
@@ -186,7 +186,7 @@ class DrivenSkin {
   SkinShape shape_;
   Path points_, normals_;
   bool is_asked_ = false, has_asked_normals_ = false, is_driven_ = false;
-  bool lacks_normals_ = false;  // so it takes the normals that it had before it was driven
+  bool lacks_normals_ = false;  // takes the normals that it had before it was driven
   DrivenStep step_;
 };
 
