@@ -13,8 +13,7 @@ struct Shear {
   double kick = 0;  // s (t1 + t2), which with kappa determines the eigenvalues; 0 if the motion was taken for free
 };
 
-// exact: the combined step for W, g and h, of motion that oscillates, W > (g/2)^2, or is free. |t omega| <= 1 if it is
-// undamped.
+// exact: the combined step for W, g and h, of motion that is free or oscillates, W > (g/2)^2. If undamped, |t omega| <= 1.
 Shear shear(const Combined& exact, double g, double h) noexcept;
 
 }  // namespace dvdx

@@ -64,9 +64,9 @@ Flow choose_flow(const System& system, Drive drive) {
   return is_driven ? Flow::driven_fused : Flow::fused;
 }
 
-// The way from the anchor of one exact system to its equilibrium under constant forces, f/W by axis: a step then needs no
+// The shift from the anchor of one exact system to its equilibrium under constant forces, f/W by axis: a step then needs no
 // offsets. Nothing if that would cost a digit: the shifted anchor, rounded, must hold the shift to about its last bit. Nothing,
-// too, if time, separate forces or each particle's anchor make offsets of their own.
+// too, if time, separate forces or each particle's own anchor make offsets anyway.
 template <class T>
 std::optional<Vec3> equilibrium_shift(const System& system) {
   if (!system.is_uniform() || !system.has_springs() || system.depends_on_time() || !system.is_one_system()) return std::nullopt;

@@ -16,7 +16,7 @@ namespace {
 constexpr std::size_t chunk_size = 256;  // particles whose coefficients are made together: twelve columns of 2 KiB
 using Numbers = std::array<double, chunk_size>;
 
-// For the particles of a Range: the rates of one group of their forces, and the coefficients of a step by it.
+// For the particles of a Range: the rates of one group of their forces, and the coefficients of its step.
 struct Group {
   Numbers W, g;
   Numbers A, B, C, S, X;

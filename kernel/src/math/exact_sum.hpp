@@ -46,11 +46,11 @@ inline void carry(std::span<std::int64_t> limbs) noexcept {
   }
 }
 
-// Many terms of like size side by side, which are then added exactly a few times in all instead of each by itself. If all
-// t| < 2^a, let u = 2^(a-31), v = 2^(a-62), M = 1.5 2^52 u and N = 1.5 2^52 v. As M's last digit is worth u, p = (M + t) - M is
-// the multiple of u next to t, and t - p is exact; q = (N + (t - p)) - N is the multiple of v next to that. No p is above 2^a
-// and no q above u/2, so sums of up to 2^22 of either are exact, in any order. The part of a term beyond v is taken by rest():
-// only terms below 2^(a-9) have one.
+// Many terms of like size side by side, which are then added exactly a few times in all instead of each by itself.
+// If all |t| < 2^a, let u = 2^(a-31), v = 2^(a-62), M = 1.5 2^52 u and N = 1.5 2^52 v. As M's last digit is worth u,
+// p = (M + t) - M is the multiple of u next to t, and t - p is exact; q = (N + (t - p)) - N is the multiple of v next to that.
+// No p is above 2^a and no q above u/2, so sums of up to 2^22 of either are exact, in any order. The part of a term beyond v
+// is taken by rest(): only terms below 2^(a-9) have one.
 class ExactLanes {
  public:
   static constexpr std::size_t lanes = 16;
@@ -110,7 +110,7 @@ class ExactLanes {
     if (++count_ == most) flush(rest);
   }
 
-  // For terms of which one is not below the present limit, or not below any.
+  // For terms of which one reaches the present limit. Terms that no limit holds go to rest().
   template <class Rest>
   void add_large(const std::array<double, lanes>& terms, const Rest& rest) noexcept {
     std::array<double, lanes> fit = terms;

@@ -14,7 +14,7 @@ struct Psi {
   double psi0, psi1, psi2, psi3;
 };
 
-// The double-precision form for per-particle coefficients: a straight line of + - * / sqrt, compares and selects around
+// The double-precision form for per-particle coefficients: straight-line code of + - * / sqrt, compares and selects around
 // exp_negative and sincos. A wide body repeats it operation by operation. Finite for w >= 0 and q >= -600. 1 - psi0 is more
 // precise as q psi1 + w psi2.
 Psi psi(double w, double q) noexcept;

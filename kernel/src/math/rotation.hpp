@@ -22,7 +22,7 @@ struct Quaternion {
 
 [[nodiscard]] inline Quaternion conjugate(const Quaternion& q) noexcept { return {q.w, scaled(q.v, -1)}; }
 
-// By a rotation vector: the axis times the angle, rad.
+// The quaternion of a rotation vector: the axis times the angle, rad.
 [[nodiscard]] inline Quaternion quaternion(const Vec3& rotation) noexcept {
   const double angle = length(rotation);
   if (angle == 0) return {};

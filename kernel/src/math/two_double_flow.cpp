@@ -8,10 +8,11 @@
 // Equation   y'' + q y' + w y = s^(k-2)/(k-2)!, s = 0..1, from y = y' = 0: y(1) = psi_k, y'(1) = psi_{k-1}  (psi.hpp).
 // Solution   scaling and doubling (Higham, Functions of Matrices, 2008, section 10.3, for the exponential): on a step of 2^-m
 //            Taylor's series needs few terms; two equal steps then make one of twice the length, m times. With all numbers
-//            taken at the small step and c = 1 - w psi_2 the free motion of a unit displacement,
+//            taken at the small step and c = 1 - w psi_2, the free motion of a unit displacement:
 //              2   psi_1' = psi_1 (c + psi_0)
 //              2^k psi_k' = c psi_k + psi_1 psi_{k-1} + sum_{i=2..k} psi_i / (k-i)!
-//            the free motion of what the first half left, plus the second half's own force, s^(k-2) expanded about its middle.
+//            Each sums the free motion of what the first half left and the second half's own force, s^(k-2) expanded about its
+//            middle.
 // Why        one formula for oscillating, critical, overdamped, resonant and free motion, with nothing to switch between. Each
 //            doubling doubles the error in phase: 2^-104 has become 2^-54 after 50 of them. Damping only damps the errors.
 // Limits     beyond 2^50 radians the phase of a double has lost its meaning: there psi() serves.
