@@ -29,7 +29,7 @@ constexpr double shear_from = 0.15;
 
 // Returns true if one axis of one exact system does better in three shears than in the fused form. Undamped it does: energy is
 // kept over any number of steps, whatever the rounding of the coefficients. Weakly damped it does if it turns by more than
-// `shear_from` a step. Damped, t1 and t2 have poles at multiples of pi of the angle, and would carry the rounding of v into x.
+// `shear_from` a step. Damped, t1 and t2 have poles at the angles n pi, and would carry the rounding of v into x.
 bool gains_by_shears(const AxisMotion& motion, double h) {
   if (motion.g == 0) return true;
   const double omega = std::sqrt(motion.W);

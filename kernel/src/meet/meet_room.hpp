@@ -97,7 +97,7 @@ struct MeetRoom {
   [[nodiscard]] Pulse<T>* against() noexcept { return pulses.data() + wanted.size(); }
   [[nodiscard]] Pulse<T>& wall_pulse(std::size_t wall) noexcept { return pulses[2 * wanted.size() + wall]; }
   [[nodiscard]] std::size_t no_pulse() const noexcept { return pulses.size() - 1; }
-  // The entry of `pushed` that lanes without a particle write.
+  // The entry of `pushed` for lanes without a particle, and for the surface of a wall: it stays zero.
   [[nodiscard]] std::size_t nobody(std::size_t task) const noexcept { return start.size() + task; }
   // use(pair, pulse) for the near pairs of the last sub-step, by i, then by j.
   template <class Use>
