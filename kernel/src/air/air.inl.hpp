@@ -51,7 +51,7 @@ template <Arithmetic arithmetic, class V>
            product_where<V>(is_sound, one, multiply_add<arithmetic>(along_u, u[2], along_s * s[2]))}};
 }
 
-// The sums of a stage over the corners of triangles with sides d and f: v_next, and g in the second one.
+// The sums over the corners of triangles with sides d and f: v_next, and g in the second stage.
 template <class V>
 struct AirCorners {
   Three<V> d, f, v, g;
@@ -74,7 +74,7 @@ template <AirStage stage, Arithmetic arithmetic, class V>
   return select(dot<arithmetic>(p, u) >= half_W * dot<arithmetic>(p, p), p, before);
 }
 
-// Leaves the result of a stage at particles whose triangles come to `sum`.
+// Stores the result of a stage at particles whose triangles' pulses sum to `sum`.
 template <AirStage stage, Arithmetic arithmetic, class V>
 [[gnu::always_inline]] inline void leave_air(const WorkColumns<Scalar<V>>& work, const std::array<Scalar<V>*, 3>& g,
                                              std::size_t i, const Three<V>& sum) noexcept {
@@ -83,9 +83,9 @@ template <AirStage stage, Arithmetic arithmetic, class V>
   store_three<V>(work.v, i, multiply_add<arithmetic>(w, sum, load_three<V>(work.v, i)));
 }
 
-// Columns [from, to) of a grid. Every triangle is computed once: what a cell's right-hand corners get is moved up by a lane,
-// and what the row below gets is kept until that row comes. A particle sums what the row above has left, its left-hand cell and
-// its own.
+// Columns [from, to) of a grid. Every triangle is computed once. The pulses of a cell's right-hand corners are moved up by a
+// lane, and those of the row below are kept until that row comes. A particle sums the pulses from the row above, its left-hand
+// cell and its own.
 template <class V, AirStage stage, Arithmetic arithmetic>
 class AirStripe {
   using T = Scalar<V>;
@@ -163,7 +163,7 @@ class AirStripe {
     }
   }
 
-  // The padding keeps the columns off each other's lines of the cache.
+  // The padding keeps the columns off each other's cache lines.
   [[nodiscard]] std::array<T*, 3> kept() noexcept {
     return {kept_.data(), kept_.data() + (width + 16), kept_.data() + 2 * (width + 16)};
   }
@@ -214,7 +214,7 @@ void blow_triangles_in(const TriangleTerms<Scalar<V>>& list, const AirPulse<Scal
       of.d = (gather_three<V>(work.origin, list.b + t) - o) + of.d;
       of.f = (gather_three<V>(work.origin, list.c + t) - o) + of.f;
     }
-    Three<V> before = x;  // not read in the first stage, as g is not
+    Three<V> before = x;  // not read in the first stage, nor is g
     if constexpr (stage == AirStage::second) {
       of.g = sum(list.g, t);
       before = load_three<V>(list.p, t);

@@ -13,7 +13,7 @@ const std::optional<Aerodynamics>& aerodynamics_of(const Network& network) {
   return std::visit([](const auto& of) -> const std::optional<Aerodynamics>& { return of.aerodynamics; }, network);
 }
 
-// W of a triangle is a ninth of the sum over its corners of their triangles' number times their inverse mass.
+// W of a triangle is a ninth of the sum over its corners of the corner's inverse mass times its number of triangles.
 constexpr double ninth = 1.0 / 9;
 
 }  // namespace
@@ -97,7 +97,7 @@ void Air<T>::take_away(T* of, std::size_t row, std::size_t column) noexcept {
   --count_;
 }
 
-// w: empty where everything is refreshed afterwards.
+// w: empty if everything is refreshed afterwards.
 template <class T>
 void Air<T>::tear(std::span<const double> w, const GridSpring& spring) noexcept {
   const auto [row, column, down, right] = spring;
@@ -126,7 +126,7 @@ void Air<T>::make_list(const Scene& scene, std::span<const double> w, const Part
     const std::vector<Triangle> own = whole_triangles(network);
     for (std::size_t t = 0; t < own.size(); ++t) places.push_back(size + t);
     all.insert(all.end(), own.begin(), own.end());
-    // One more than there are: a triangle that is none, for the slots that are left over.
+    // One more than there are: a triangle with W below 0, for slots that are not used.
     const std::size_t end = size + (own.size() / slice + 1) * slice;
     networks_.push_back({*aerodynamics_of(network), size, end});
     size = end;
@@ -168,7 +168,7 @@ void Air<T>::make_slots(std::span<const Triangle> of, std::span<const std::size_
   first_slot_.push_back(static_cast<std::uint32_t>(slots_.size() / slice));
 }
 
-// visit(triangle): those at a particle, none of them torn, in the order of the list.
+// visit(triangle) for the triangles at a particle, none of them torn, in the order of the list.
 template <class T>
 template <class Visit>
 void Air<T>::for_each_triangle_at(std::size_t element, const Visit& visit) const {
@@ -178,7 +178,7 @@ void Air<T>::for_each_triangle_at(std::size_t element, const Visit& visit) const
   }
 }
 
-// A sum, as make_list() has it.
+// Summed as in make_list(), so that both round alike.
 template <class T>
 double Air<T>::share_at(std::span<const double> w, std::size_t element, const ParticleOrder& order) const noexcept {
   const double own = w[*order.particle_at(element)];

@@ -1,4 +1,4 @@
-// The triangles of a scene that meet air, in the form that a pass walks (air): a grid's by rows, or any as a list.
+// The triangles of a scene that meet air, in the form that the air pass walks: a grid's by rows, or any as a list.
 #pragma once
 
 #include <cmath>
@@ -20,8 +20,8 @@ struct AirNetwork {
   std::size_t first = 0, end = 0;  // triangles, multiples of 16
 };
 
-// t: s, of the pulse. Where time runs backwards the speed that the air took comes back, by what the same time ahead would take:
-// of first order, and bounded.
+// t: s, the duration of the pulse. If time runs backwards, the air gives back the speed that it would take in the same time
+// forwards: of first order, and bounded.
 template <class T>
 [[nodiscard]] AirPulse<T> air_pulse(const Aerodynamics& of, const Vec3& wind, double t) noexcept {
   return {.rate = static_cast<T>(std::abs(t) * of.density / 8),
@@ -45,18 +45,18 @@ class Air {
 
   [[nodiscard]] bool is_grid() const noexcept { return W_right_ != nullptr; }
   [[nodiscard]] const GridAirTerms<T>& grid() const noexcept { return grid_; }
-  // Without p, which is a workspace's.
+  // Without p and g, which are a workspace's.
   [[nodiscard]] const TriangleTerms<T>& triangles() const noexcept { return list_; }
   [[nodiscard]] const std::vector<AirNetwork>& networks() const noexcept { return networks_; }
   [[nodiscard]] std::size_t count() const noexcept { return count_; }  // triangles, none of them torn
-  // Numbers in a column of the list: 0 where there is none.
+  // The elements of a column of the list; 0 without a list.
   [[nodiscard]] std::size_t list_size() const noexcept { return a_.size(); }
   [[nodiscard]] std::size_t bytes() const noexcept;
 
-  // For a sheet in rows, whose particles' inverse masses are w: one of them has changed, or a spring is torn.
+  // For a sheet in rows: an inverse mass has changed, or a spring is torn. w: the inverse masses of the sheet's particles.
   void set_inverse_mass(std::span<const double> w, std::size_t particle) noexcept;
   void tear(std::span<const double> w, const GridSpring& spring) noexcept;
-  // Likewise of a list; torn: between two particles of one of networks().
+  // Likewise for a list. torn: two particles of one of networks().
   void set_inverse_mass(std::span<const double> w, std::size_t particle, const ParticleOrder& order) noexcept;
   void tear(std::span<const double> w, const AirNetwork& of, const Pair& torn, const ParticleOrder& order) noexcept;
 
@@ -75,7 +75,7 @@ class Air {
   [[nodiscard]] double share_at(std::span<const double> w, std::size_t element, const ParticleOrder& order) const noexcept;
 
   GridAirTerms<T> grid_;
-  T *W_right_ = nullptr, *W_below_ = nullptr;  // our own memory
+  T *W_right_ = nullptr, *W_below_ = nullptr;  // owned by columns_
   TriangleTerms<T> list_;
   T* W_ = nullptr;  // of the list
   std::vector<AirNetwork> networks_;

@@ -1,4 +1,4 @@
-// Chains of distances, wide: sixteen side by side, each solved as a whole. Those that share no particle: lone_chain.inl.hpp.
+// Chains of distances, wide: sixteen side by side, each solved as a whole. Chains that share no particle: lone_chain.inl.hpp.
 // The scalar twin: chain_reference.hpp; the derivation: constraint.hpp.
 #pragma once
 
@@ -15,7 +15,7 @@ Three<V> sound_or_zero(const Three<V>& d, V square) noexcept {
   return select(is_sound_square(square), d, three<V>(V(Scalar<V>(0))));
 }
 
-// One row of the tridiagonal system, eliminated downwards.
+// Eliminates the tridiagonal system downwards, a row at a time.
 template <class V, Arithmetic arithmetic>
 class Elimination {
   using T = Scalar<V>;
@@ -40,15 +40,15 @@ class Elimination {
   V over_, rest_;
 };
 
-// The work that is left on the chains of a register.
+// The state of a register's chains before a step of Newton's.
 template <class V>
 struct Verdict {
   Mask<V> is_off;     // some length is not right yet
-  Mask<V> is_astray;  // some link has turned too far, or come out of hand: the pulses along n do not lead anywhere
-  Mask<V> is_far;     // further than rounding leaves it
+  Mask<V> is_astray;  // some link has turned too far or is not sound: pulses along n lead nowhere
+  Mask<V> is_far;     // some length is off by more than chain_lost
 };
 
-// Newton's system at the positions as they are; grain: the rounding of one.
+// Eliminates Newton's system at the present positions. grain: the rounding of a position.
 template <class V, Arithmetic arithmetic>
 Verdict<V> eliminate_lengths(const ChainTerms<Scalar<V>>& terms, const Axes<Scalar<V>>& x, std::size_t first, std::size_t links,
                              V grain = V(Scalar<V>(0))) noexcept {
@@ -87,7 +87,7 @@ Verdict<V> eliminate_lengths(const ChainTerms<Scalar<V>>& terms, const Axes<Scal
   return verdict;
 }
 
-// The sums over pulses p at a chain's particles: of w |p|^2, and of m |v|^2 after them.
+// Sums over a chain's particles with pulses p: of w |p|^2, and of m |v|^2 after the pulses.
 template <class V>
 struct Pushed {
   V carried = V(Scalar<V>(0)), moving = V(Scalar<V>(0));
@@ -101,8 +101,8 @@ struct Pushed {
 
 enum class Solved : std::uint8_t { positions, positions_summed, velocities };
 
-// Solves upwards and moves particle k by w_k (s_{k-1} n_{k-1} - s_k n_k) where `where` holds; adds s to the sums. frame: what
-// velocities are counted from.
+// Solves upwards and moves particle k by w_k (s_{k-1} n_{k-1} - s_k n_k) where `where` holds; adds s to the sums. frame: the
+// velocity that energies are relative to.
 template <class V, Arithmetic arithmetic, Solved what>
 Pushed<V> substitute(const ChainTerms<Scalar<V>>& terms, const Axes<Scalar<V>>& columns, std::size_t first, std::size_t links,
                      Mask<V> where, const Three<V>& frame = three<V>(V(Scalar<V>(0)))) noexcept {
@@ -157,7 +157,7 @@ void prepare_chains(const ChainTerms<Scalar<V>>& terms, const Axes<Scalar<V>>& x
   }
 }
 
-// Takes links out that are not sound from the beginning.
+// Takes out links that are not sound from the beginning.
 template <class V, Arithmetic arithmetic>
 void begin_chain(const ChainTerms<Scalar<V>>& terms, Round round, const Axes<Scalar<V>>& x, std::size_t first,
                  std::size_t links) noexcept {
@@ -193,8 +193,7 @@ void put_chain_back(const ChainTerms<Scalar<V>>& terms, const Axes<Scalar<V>>& x
   }
 }
 
-// Each particle follows the one before it to its link's length, from the end that cannot move, or else about the chain's centre
-// of mass.
+// Each particle follows the one before it to its link's length, from the end that cannot move, or about the centre of mass.
 template <class V, Arithmetic arithmetic>
 void follow(const ChainTerms<Scalar<V>>& terms, std::size_t first, std::size_t links) noexcept {
   using T = Scalar<V>;
@@ -227,8 +226,8 @@ void follow(const ChainTerms<Scalar<V>>& terms, std::size_t first, std::size_t l
   }
 }
 
-// Chains that have come too far for pulses along n: its particles follow each other, and the velocity is left to its own pulse.
-// Where the last one cannot move either, Newton's steps along each step's own d put it right if they can.
+// For chains that have turned too far for pulses along n. Their particles follow each other; velocities get the velocity pulse
+// alone. If the last particle cannot move either, Newton's steps along each step's own d correct the lengths if they can.
 template <class V, Arithmetic arithmetic>
 void gather_in(const ChainTerms<Scalar<V>>& terms, const Axes<Scalar<V>>& x, std::size_t first, std::size_t links,
                Mask<V> where) noexcept {
@@ -278,7 +277,7 @@ void solve_chain_positions(const ChainTerms<Scalar<V>>& terms, Round round, cons
   }
 }
 
-// The velocity that the position pulses take.
+// Adds the velocity of the position pulses.
 template <class V, Arithmetic arithmetic>
 Pushed<V> push_chain(const ChainTerms<Scalar<V>>& terms, const Axes<Scalar<V>>& v, std::size_t first, std::size_t links,
                      Mask<V> where, V per_step) noexcept {

@@ -7,7 +7,7 @@
 
 namespace dvdx::reference {
 
-// The names of a chain's particle k, link k and their columns.
+// Access to a chain's particle k, link k and their columns.
 template <class T>
 struct Chain {
   const ChainTerms<T>& terms;
@@ -49,13 +49,13 @@ void eliminate(const Chain<T>& chain, std::size_t k, bool is_sound, T below, T o
   chain.terms.rest[e] = subtract_product<arithmetic>(right, below, rest_before) / pivot;
 }
 
-// The sums over pulses p at a chain's particles: of w |p|^2, and of m |v|^2 after them.
+// Sums over a chain's particles with pulses p: of w |p|^2, and of m |v|^2 after the pulses.
 template <class T>
 struct Pushed {
   T carried = 0, moving = 0;
 };
 
-// Moves particle k by w_k (below - above); frame: what velocities are counted from.
+// Moves particle k by w_k (below - above). frame: the velocity that energies are relative to.
 template <Arithmetic arithmetic, class T>
 void move_particle(const Chain<T>& chain, const Axes<T>& columns, std::size_t k, const Vector<T>& below, const Vector<T>& above,
                    const Vector<T>& frame, Pushed<T>& sums) noexcept {
@@ -127,7 +127,7 @@ void prepare_chains(const ChainTerms<T>& terms, const Axes<T>& x, std::size_t fr
   for_chains(terms, from, to, [&](const Chain<T>& chain) { aim_chain<arithmetic>(chain, x); });
 }
 
-// Takes links out that are not sound.
+// Takes out links that are not sound.
 template <Arithmetic arithmetic, class T>
 void begin_chain(const Chain<T>& chain, Round round, const Axes<T>& x) noexcept {
   for (std::size_t k = 0; k < chain.links; ++k) {
@@ -209,7 +209,7 @@ void solve_chain_positions(const ChainTerms<T>& terms, Round round, const Axes<T
   });
 }
 
-// The velocity that the position pulses take.
+// Adds the velocity of the position pulses.
 template <Arithmetic arithmetic, class T>
 Pushed<T> push_chain(const Chain<T>& chain, const Axes<T>& v, T per_step) noexcept {
   Pushed<T> sums;
@@ -259,8 +259,8 @@ void prepare_lone_chains(const ChainTerms<T>& terms, const Axes<T>& x, std::size
   });
 }
 
-// Where energies are the same whatever velocity all moves at: with the first end if it is held, or else with the centre of
-// mass, which pulses do not move.
+// The frame in which energies do not depend on a common velocity: that of the first end if it is held, otherwise that of the
+// centre of mass, which pulses do not move.
 template <Arithmetic arithmetic, class T, class Get>
 Vector<T> frame_of(const Chain<T>& chain, const Get& get) noexcept {
   if (!(chain.w(0) > 0)) return get(0);
@@ -274,11 +274,11 @@ Vector<T> frame_of(const Chain<T>& chain, const Get& get) noexcept {
   return times(T(1) / chain.terms.whole[chain.number], sum);
 }
 
-// The roundings of a chain before its pulses.
+// The rounding of a chain before its pulses.
 template <class T>
 struct ChainGrain {
-  T grain = 0;  // the rounding of a position
-  T noise = 0;  // and of its energy, by 1/h^2
+  T grain = 0;  // of a position
+  T noise = 0;  // of its energy, times h^2
 };
 
 template <Arithmetic arithmetic, class T>
@@ -297,7 +297,7 @@ ChainGrain<T> grain_of(const Chain<T>& chain, const Axes<T>& x) noexcept {
   return given;
 }
 
-// How pulses over a sub-step went, or over several.
+// The outcome of the pulses of one sub-step, or of several.
 template <class T>
 struct ChainCourse {
   bool is_lost = false;  // lengths have not converged
@@ -330,7 +330,7 @@ bool place_lone(const Chain<T>& chain, const Axes<T>& x, T grain) noexcept {
   }
 }
 
-// Both pulses, where the forces alone have led x and v.
+// Applies both pulses. On entry x and v are where the forces alone have led.
 template <Arithmetic arithmetic, class T>
 ChainCourse<T> pulse_chain(const Chain<T>& chain, const Axes<T>& x, const Axes<T>& v, T per_step, T grain) noexcept {
   ChainCourse<T> course;
@@ -348,13 +348,13 @@ ChainCourse<T> pulse_chain(const Chain<T>& chain, const Axes<T>& x, const Axes<T
   return course;
 }
 
-// slight: twice an energy that is none beside what the forces do in a sub-step.
+// slight: twice an energy that counts as none.
 template <Arithmetic arithmetic, class T>
 bool gives_too_much(const ChainCourse<T>& course, T slight) noexcept {
   return std::abs(course.given) > multiply_add<arithmetic>(most_given<T>, course.moving, slight);
 }
 
-// From start, v0 and a as many sub-steps of the chain's own.
+// Takes `parts` sub-steps of the chain's own from start, with v0 and a.
 template <Arithmetic arithmetic, class T>
 ChainCourse<T> take_parts(const Chain<T>& own, T parts, T grain) noexcept {
   const ChainTerms<T>& terms = own.terms;
@@ -388,7 +388,7 @@ ChainCourse<T> take_parts(const Chain<T>& own, T parts, T grain) noexcept {
   return all;
 }
 
-// As it was at the start, and where its first end has been carried since.
+// Puts the chain as it was at the start, moved along with its first end since.
 template <class T>
 void stay(const Chain<T>& chain, const Axes<T>& x, const Axes<T>& v) noexcept {
   const Vector<T> way = minus(at(x, chain.particle(0)), at(chain.terms.start, chain.element(0)));
@@ -400,7 +400,7 @@ void stay(const Chain<T>& chain, const Axes<T>& x, const Axes<T>& v) noexcept {
   }
 }
 
-// Takes the kinetic energy out that neither the start had, at v0, nor the forces have given on the way, by a.
+// Removes the kinetic energy beyond that of the start, at v0, and the work of the forces on the way, by a.
 template <Arithmetic arithmetic, class T>
 void take_excess(const Chain<T>& chain, const Axes<T>& x, const Axes<T>& v, const Axes<T>& v0, const Axes<T>& a) noexcept {
   const auto speed = [&](std::size_t k) { return at(v, chain.particle(k)); };
@@ -430,8 +430,8 @@ void take_excess(const Chain<T>& chain, const Axes<T>& x, const Axes<T>& v, cons
   }
 }
 
-// Where no sub-step is short enough, particles follow each other. A chain held at both ends whose lengths cannot be found so,
-// as one that is drawn straight, stays.
+// If no sub-step is short enough, the particles follow each other. A chain held at both ends whose lengths are not found in
+// this way, such as one drawn straight, stays.
 template <Arithmetic arithmetic, class T>
 void give_in(const Chain<T>& chain, const Axes<T>& x, const Axes<T>& v) noexcept {
   const ChainTerms<T>& terms = chain.terms;
@@ -453,7 +453,8 @@ void give_in(const Chain<T>& chain, const Axes<T>& x, const Axes<T>& v) noexcept
   take_excess<arithmetic>(chain, x, v, terms.own_v, terms.own_x);
 }
 
-// v0 and a of the parabola from start to x with the velocity v at its end. Twice an energy that is slight beside the forces'.
+// Finds v0 and a of the parabola from start to x that ends with the velocity v. Returns twice an energy that is negligible
+// beside that of the forces.
 template <Arithmetic arithmetic, class T>
 T unfold(const Chain<T>& chain) noexcept {
   const ChainTerms<T>& terms = chain.terms;
@@ -472,7 +473,7 @@ T unfold(const Chain<T>& chain) noexcept {
   return most_given_by_forces<T> * (terms.step * terms.step) * forced;
 }
 
-// Sub-steps of the chain's own, twice as many until they suffice.
+// Takes sub-steps of the chain's own, at least twice as many each time until they suffice.
 template <Arithmetic arithmetic, class T>
 void march(const Chain<T>& chain, const Axes<T>& x, const Axes<T>& v, const ChainGrain<T>& given, T forced) noexcept {
   const ChainTerms<T>& terms = chain.terms;

@@ -26,7 +26,7 @@ void store_axes(const Axes<Scalar<V>>& columns, std::size_t s, const Three<V>& v
   for (std::size_t axis = 0; axis < 3; ++axis) store_lanes(columns[axis] + s, value[axis]);
 }
 
-// Where the end can move: constraints of one colour share ends that cannot, and other threads read those meanwhile.
+// Writes only the ends that can move: constraints of one colour share the others, and other threads read those meanwhile.
 template <class V>
 void scatter_movable(const Axes<Scalar<V>>& columns, const std::int32_t* index, const Three<V>& value,
                      const Scalar<V>* share) noexcept {
@@ -38,7 +38,7 @@ void scatter_movable(const Axes<Scalar<V>>& columns, const std::int32_t* index, 
   }
 }
 
-// Both ends' columns of x or v.
+// x or v of both ends.
 template <class V>
 struct BothEnds {
   Three<V> a, b;
@@ -101,7 +101,7 @@ void reach(const PairTerms<Scalar<V>>& terms, std::size_t s, const Three<V>& d, 
     const V room = l * l - nn;
     const V square = multiply_add<arithmetic>(ee, room, ne * ne);
     const V root = square_root(select<V>(square > zero, square, zero));
-    // From inside the far root of ee f^2 + 2 ne f - room, from outside the near one.
+    // From inside, f is the far root of ee f^2 + 2 ne f - room; from outside, the near one.
     const Mask<V> is_plain = bound == Bound::at_most ? ne < zero : ne > zero;
     const V f = bound == Bound::at_most
                     ? quotient(select<V>(is_plain, root - ne, room), select<V>(is_plain, ee, ne + root))
@@ -222,7 +222,7 @@ void solve_line_positions(const LineTerms<Scalar<V>>& terms, Round round, const 
   }
 }
 
-// ---- the velocity that they take ---------------------------------------------------------------------------------------
+// ---- velocity of the position pulses -----------------------------------------------------------------------------------
 
 template <class V, Arithmetic arithmetic>
 void update_pair_velocities(const PairTerms<Scalar<V>>& terms, Bound bound, const Axes<Scalar<V>>& x, const Axes<Scalar<V>>& v,

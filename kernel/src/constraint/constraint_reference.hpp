@@ -50,7 +50,7 @@ void prepare_pairs(const PairTerms<T>& terms, const Axes<T>& x, std::size_t from
 
 // ---- position pulses ---------------------------------------------------------------------------------------------------
 
-// The part of the sub-step after which the way from n to n + e reaches the length l, from inside or from outside.
+// The part of the sub-step at which the way from n to n + e reaches the length l, from inside or from outside.
 template <Arithmetic arithmetic, class T>
 T time_of_violation(const Vector<T>& n, const Vector<T>& e, T nn, T l, Bound bound) noexcept {
   const T ee = inner<arithmetic>(e, e);
@@ -150,7 +150,7 @@ void solve_line_positions(const LineTerms<T>& terms, Round round, const Axes<T>&
   }
 }
 
-// ---- the velocity that they take ---------------------------------------------------------------------------------------
+// ---- velocity of the position pulses -----------------------------------------------------------------------------------
 
 template <class T, Arithmetic arithmetic>
 void update_pair_velocities(const PairTerms<T>& terms, Bound bound, const Axes<T>& x, const Axes<T>& v, std::size_t from,

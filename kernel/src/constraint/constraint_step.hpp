@@ -15,7 +15,7 @@ class ConstraintStep {
   using Kind = ConstraintColour::Kind;
 
  public:
-  // terms: those of `constraints`, with a workspace's columns put in.
+  // terms: constraints.terms() with a workspace's columns put in.
   ConstraintStep(const Constraints<T>& constraints, const ConstraintKernels<T>& kernels, const ConstraintTerms<T>& terms,
                  const ParallelFor& parallel) noexcept
       : constraints_(constraints), kernels_(kernels), terms_(terms), parallel_(parallel) {}
@@ -82,7 +82,7 @@ class ConstraintStep {
     kernels_.solve_pair_velocities(terms_.pairs, bound_of(c.kind), constraints_.time(), round, v, from, to);
   }
 
-  // Constraints of a colour that one task takes: a fixed number, so that nothing depends on threads.
+  // One task takes a fixed number of a colour's constraints, so that nothing depends on threads.
   template <class Use>
   void walk(const ConstraintColour& colour, const Use& use) const noexcept {
     const std::size_t per_task = colour.kind == Kind::chain || colour.kind == Kind::limit ? 8 : 4096;
@@ -92,8 +92,8 @@ class ConstraintStep {
     });
   }
 
-  // Forwards and backwards over the colours; where a sweep turns, its last colour is not visited again: nothing has moved.
-  // Where limits cross, forwards twice: colours that are visited in turns come two to four times as near with as many visits.
+  // Goes forwards and backwards over the colours. Where a sweep turns, its last colour is not visited again, as nothing has
+  // moved. If limits cross, it goes forwards twice instead: the result is two to four times as near with as many visits.
   template <class Visit>
   void sweep(const Visit& visit) const noexcept {
     const auto& colours = constraints_.colours();

@@ -37,7 +37,7 @@ using ColourKind = ConstraintColour::Kind;
 using One = OneConstraint;
 using Blocks = std::vector<ConstraintBlock>;
 
-// Particles held at a point: no other constraint moves them, which solves both at once.
+// Inverse masses, 0 for particles held at a point: no other constraint moves them, so both are solved at once.
 std::vector<double> without_points(const Scene& scene, std::span<const double> w) {
   std::vector<double> movable(w.begin(), w.end());
   for (const Constraint& constraint : scene.constraints) {
@@ -69,7 +69,7 @@ Vec3 constant_acceleration(const Scene& scene) {
 
 namespace {
 
-// All but the points.
+// All constraints but the points.
 std::deque<One> ones_of(const Scene& scene, std::span<const Vec3> start, std::span<const double> w,
                         const ParticleOrder& order) {
   std::deque<One> ones;
@@ -105,10 +105,10 @@ std::deque<One> ones_of(const Scene& scene, std::span<const Vec3> start, std::sp
   return ones;
 }
 
-// Links through particles that join exactly two of them, end to end.
+// Finds chains: links end to end, through particles that join exactly two of them.
 class Chains {
  public:
-  // Links of one kind, and the kind of several end to end.
+  // of_link: the kind of a link; of_chain: the kind of several links end to end.
   Chains(const std::deque<One>& ones, std::size_t elements, ColourKind of_link, ColourKind of_chain)
       : ones_(ones), of_link_(of_link), of_chain_(of_chain), links_of_(elements), is_taken_(ones.size(), false) {
     for (std::size_t n = 0; n < ones.size(); ++n) {
@@ -118,7 +118,7 @@ class Chains {
     }
   }
 
-  // First those that begin at an end, then the rings, whose last link stays alone.
+  // First the chains that begin at an end, then the rings. A ring's last link stays alone.
   Blocks all() {
     Blocks found;
     for (std::size_t n = 0; n < ones_.size(); ++n) {
@@ -151,11 +151,11 @@ class Chains {
       is_on = joins_two(i, of_i);
       if (!is_on) break;
       n = links_of_[i][0] == n ? links_of_[i][1] : links_of_[i][0];
-      const bool closes = w != 0 && (ones_[n].a == start || ones_[n].b == start);  // the ring, but for one link
+      const bool closes = w != 0 && (ones_[n].a == start || ones_[n].b == start);  // all of the ring but one link
       is_on = !is_taken_[n] && !closes;
     }
     if (chain.links.size() > 1) chain.kind = of_chain_;
-    if (chain.w.front() != 0 && chain.w.back() == 0) {  // what cannot move comes first
+    if (chain.w.front() != 0 && chain.w.back() == 0) {  // the end that cannot move comes first
       std::reverse(chain.links.begin(), chain.links.end());
       std::reverse(chain.particles.begin(), chain.particles.end());
       std::reverse(chain.w.begin(), chain.w.end());
@@ -169,7 +169,7 @@ class Chains {
   std::vector<bool> is_taken_;
 };
 
-// Those that no other block moves a particle of, of a kind that `is_of` tells, are taken out of the blocks.
+// Takes out the blocks whose kind `is_of` accepts and whose particles no other block moves.
 template <class IsOf>
 Blocks take_lone(Blocks& blocks, std::size_t elements, const IsOf& is_of) {
   std::vector<std::uint32_t> blocks_at(elements, 0);
@@ -205,7 +205,7 @@ Blocks blocks_of(const std::deque<One>& ones, std::size_t elements) {
   for (const One& one : ones) {
     if (one.kind == ColourKind::at_least || one.kind == ColourKind::line) all.push_back(alone(one, one.kind));
   }
-  // Chains of limits are solved whole where one visit a sub-step comes to the end.
+  // A chain of limits that shares no particle is solved whole, as one visit a sub-step suffices. Others are split into links.
   Blocks solved =
       take_lone(all, elements, [](ColourKind kind) { return kind == ColourKind::limit || kind == ColourKind::at_most; });
   for (ConstraintBlock& block : all) {
@@ -221,8 +221,8 @@ Blocks blocks_of(const std::deque<One>& ones, std::size_t elements) {
   return solved;
 }
 
-// Links of tension T_k join particles of 1/m = w: across them w_k (T_{k-1}/l_{k-1} + T_k/l_k) times two at most is omega^2,
-// here where T_k is the weight of what is beyond, over gravity.
+// Links of tension T_k join particles of 1/m = w. Across them omega^2 is at most two times w_k (T_{k-1}/l_{k-1} + T_k/l_k).
+// Here T_k is the weight of all that is beyond the link, over gravity.
 double hanging_rate_of(const ConstraintBlock& chain) {
   double most = 0;
   double beyond = 0;
@@ -237,7 +237,7 @@ double hanging_rate_of(const ConstraintBlock& chain) {
   return most;
 }
 
-// Links by the ends that can move, and what hangs on each.
+// Links by the ends that can move, and the load that hangs on each.
 class HungLinks {
  public:
   HungLinks(const Blocks& swept, std::size_t elements) : at_(elements), mass_(elements, 0) {
@@ -254,7 +254,7 @@ class HungLinks {
     load_branches();
   }
 
-  // As hanging_rate_of has it.
+  // The rate as in hanging_rate_of().
   [[nodiscard]] double rate() const {
     double most = 0;
     for (std::size_t i = 0; i < at_.size(); ++i) {
@@ -281,8 +281,8 @@ class HungLinks {
     return links_[n]->a == i ? links_[n]->b : links_[n]->a;
   }
 
-  // A link of what is joined carries no more than all of it. A rod alone is left as it is, and so are bounds that join no rod,
-  // but for ropes that cross: turns of theirs may be 20 times as large.
+  // A link carries at most the mass of all that is joined to it. A rod alone counts nothing, nor do bounds that join no rod,
+  // unless they are ropes that cross: their turns may be 20 times as large.
   void load_all_from(std::uint32_t i, std::vector<bool>& is_seen) {
     std::vector<std::uint32_t> joined{i};
     is_seen[i] = true;
@@ -312,7 +312,7 @@ class HungLinks {
     }
   }
 
-  // Nor more than what is beyond it, where nothing but the link holds that: from the tips of branches inwards.
+  // A link that alone holds the particles beyond it carries at most their mass. Goes from the tips of branches inwards.
   void load_branches() {
     std::vector<double> beyond = mass_;
     std::vector<bool> is_cut(links_.size(), false);
@@ -337,13 +337,13 @@ class HungLinks {
   }
 
   std::vector<const One*> links_;
-  std::vector<std::vector<std::size_t>> at_;  // of each particle that can move
+  std::vector<std::vector<std::size_t>> at_;  // links at each particle that can move
   std::vector<double> mass_;
-  std::vector<bool> is_crossing_;       // of links, as these are:
-  std::vector<double> loads_, shares_;  // kg, and how much of the rate it counts
+  std::vector<bool> is_crossing_;       // by link, as these are:
+  std::vector<double> loads_, shares_;  // kg, and the part of the rate that a link counts
 };
 
-// Blocks of one kind a colour; particles that cannot move take no colour.
+// Each colour has blocks of one kind. Particles that cannot move may be in several blocks of a colour.
 std::vector<Blocks> coloured(Blocks blocks, std::size_t elements) {
   Colouring colouring(elements);
   std::vector<Blocks> colours;
@@ -370,16 +370,16 @@ double swept_rods_rate(const Scene& scene, std::span<const Vec3> start, std::spa
   return HungLinks(blocks, order.size).rate();
 }
 
-// RATTLE is stable while (h omega)^2 < 4. Sweeps leave lengths unsettled by some (h omega)^2, and rods lose energy by it: in
-// 5 s at 60 steps a second trees of 4 to 256 rods and rings on a rod lose up to 1.5 % where it is at most 0.01, and 20 to 60 %
-// where it is 0.2 to 1; beyond 4 a ring of 40 on a rod gained 13 times what there was. Ropes that cross take energy at any:
-// nets of 5 x 5 to 64 x 64 on a corner or two with up to 1e4 times a particle's mass stay within 3 % of their lengths where it
-// is at most 4, and are up to 6.6 times their length where it is 900.
+// RATTLE is stable while (h omega)^2 < 4. Sweeps leave lengths off by a part of about (h omega)^2, and rods lose energy by it.
+// In 5 s at 60 steps a second trees of 4 to 256 rods and rings on a rod lose up to 1.5 % if (h omega)^2 is at most 0.01, and 20
+// to 60 % if it is 0.2 to 1. Beyond 4 a ring of 40 on a rod gained 13 times the energy. Ropes that cross take energy at any
+// value: nets of 5 x 5 to 64 x 64 on a corner or two with up to 1e4 times a particle's mass stay within 3 % of their lengths if
+// it is at most 4, and are up to 6.6 times their length if it is 900.
 int substeps_of_rods(double frequency, double h) noexcept {
   constexpr double most_turn = 0.1;  // h omega
   constexpr int most = 1024;
   const double parts = std::ceil(frequency * std::abs(h) / most_turn);
-  if (!(parts < most)) return most;  // an infinite frequency too, of which a step of 0 makes no number
+  if (!(parts < most)) return most;  // an infinite frequency too, which a step of 0 makes NaN
   return std::max(1, static_cast<int>(parts));
 }
 
@@ -407,7 +407,7 @@ Constraints<T>::Constraints(const Scene& scene, std::span<const Vec3> start, std
   LimitTerms<T>& limits = terms_.limits;
   limits.rate = static_cast<T>(1 / std::abs(h));
   limits.sign = h > 0 ? T(1) : T(-1);
-  limits.steps = 4 * scene.coupling.iterations;  // far more than a chain takes; it is left where it is right
+  limits.steps = 4 * scene.coupling.iterations;  // far more than a chain takes: it stops when it is right
 }
 
 template <class T>
@@ -532,7 +532,7 @@ void Constraints<T>::make_chains(const std::vector<Blocks>& colours, const Block
 
 template <class T>
 void Constraints<T>::make_limits(const std::vector<Blocks>& colours, std::size_t beyond) {
-  std::vector<std::pair<const ConstraintBlock*, std::size_t>> chains;  // and the element of each one's first particle
+  std::vector<std::pair<const ConstraintBlock*, std::size_t>> chains;  // with the element of its first particle
   std::size_t size = 0;
   for (const Blocks& list : colours) {
     if (list[0].kind != ColourKind::limit) continue;

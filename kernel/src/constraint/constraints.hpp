@@ -1,4 +1,4 @@
-// A scene's constraints, compiled: colours of constraints that can be solved side by side, rounded. Immutable.
+// A scene's constraints, compiled and rounded: colours of constraints that can be solved side by side. Immutable.
 #pragma once
 
 #include <array>
@@ -14,35 +14,35 @@
 
 namespace dvdx {
 
-// Springs without stiffness in place of a scene's constrained pairs: what a working order must keep near.
+// A scene's constrained pairs as springs without stiffness: the particles that a working order must keep near each other.
 std::vector<JoinedPair> constrained_pairs(const Scene& scene);
 
-// m/s^2, of all constant forces together.
+// m/s^2: the sum of all constant forces.
 Vec3 constant_acceleration(const Scene& scene);
 
-// 1/m, of rods that sweeps solve as they meet others: the largest square of a frequency over gravity, under all that may hang
-// on them; of ropes that cross a four hundredth of it. 0 where there are none: chains that stand alone take sub-steps of
-// their own. w: 1/kg of each particle, 0 where fixed.
+// 1/m: the largest square of a frequency, over gravity, of rods that sweeps solve because they meet others, under all that may
+// hang on them. Ropes that cross count a four hundredth of theirs. 0 if there are none: lone chains take sub-steps of their
+// own. w: 1/kg of each particle, 0 where fixed.
 double swept_rods_rate(const Scene& scene, std::span<const Vec3> start, std::span<const double> w);
-// How many sub-steps they ask for in a step of h seconds at such a frequency, in rad/s; 1024 at most.
+// The number of sub-steps that they need in a step of h seconds at this frequency, rad/s; at most 1024.
 int substeps_of_rods(double frequency, double h) noexcept;
 
-// How many elements the columns have in which the passes leave their sums.
+// The number of elements of the columns in which the passes leave their sums.
 struct ConstraintShape {
   std::size_t pairs = 0, chains = 0, limits = 0, lines = 0;
   bool has_lone_chains = false;
   bool operator==(const ConstraintShape&) const = default;
 };
 
-// Constraints of one kind that share no particle, side by side.
+// Constraints of one kind that share no particle that can move, side by side.
 struct ConstraintColour {
-  // limit: chains of `at_most` that share no particle with another constraint; crossing: one that does.
+  // limit: chains of `at_most` that share no particle with another constraint; crossing: an `at_most` that does.
   enum class Kind : std::uint8_t { equal, at_most, at_least, chain, limit, crossing, line };
   Kind kind = Kind::equal;
-  std::size_t from = 0, to = 0;  // in the columns of its kind's terms, multiples of 16; of chains and limits, bundles
+  std::size_t from = 0, to = 0;  // in the columns of its kind's terms, multiples of 16; for chains and limits, bundles
 };
 
-// A particle, by its element, that stays at a point.
+// A particle that is held at a point, by its element.
 template <class T>
 struct HeldPoint {
   std::uint32_t element = 0;
@@ -77,10 +77,10 @@ class Constraints {
   [[nodiscard]] const ConstraintColour& lone_chains() const noexcept { return lone_; }
   [[nodiscard]] const std::vector<HeldPoint<T>>& points() const noexcept { return points_; }
   [[nodiscard]] const ConstraintTerms<T>& terms() const noexcept { return terms_; }
-  // 1/m, for lone chains that hang from their first end: the largest square of a transverse frequency, over gravity.
+  // 1/m: the largest square of a transverse frequency, over gravity, of lone chains that hang from their first end.
   [[nodiscard]] double hanging_rate() const noexcept { return hanging_rate_; }
   [[nodiscard]] Time time() const noexcept { return time_; }
-  // Sweeps a sub-step: constraints that share no particle are solved by one.
+  // Sweeps in a sub-step: one if there is no more than one colour.
   [[nodiscard]] int sweeps() const noexcept { return sweeps_; }
   [[nodiscard]] SweepOrder order() const noexcept { return order_; }
   [[nodiscard]] ConstraintShape shape() const noexcept {

@@ -1,5 +1,5 @@
-// Chains that share no particle, wide: sixteen side by side, with sub-steps of their own where their tension asks for them.
-// The scalar twin: chain_reference.hpp; the derivation: constraint.hpp.
+// Chains that share no particle, wide: sixteen side by side, with sub-steps of their own where their tension needs them. The
+// scalar twin: chain_reference.hpp; the derivation: constraint.hpp.
 #pragma once
 
 #include <cstddef>
@@ -14,7 +14,7 @@ namespace {
 template <class V>
 struct SomeChains {
   std::size_t first = 0, links = 0;
-  std::size_t number = 0;  // of the first of them
+  std::size_t number = 0;  // of the first one
 };
 
 template <class V, class Use>
@@ -34,8 +34,8 @@ void prepare_lone_chains(const ChainTerms<Scalar<V>>& terms, const Axes<Scalar<V
                      [&](const SomeChains<V>& chains) { keep<V>(terms, x, chains.first, chains.links, terms.start); });
 }
 
-// Where energies are the same whatever velocity all moves at: with the first end if it is held, or else with the centre of
-// mass, which pulses do not move.
+// The frame in which energies do not depend on a common velocity: that of the first end if it is held, otherwise that of the
+// centre of mass, which pulses do not move.
 template <class V, Arithmetic arithmetic, class Get>
 Three<V> frame_of(const ChainTerms<Scalar<V>>& terms, const SomeChains<V>& chains, const Get& get) noexcept {
   using T = Scalar<V>;
@@ -52,14 +52,14 @@ Three<V> frame_of(const ChainTerms<Scalar<V>>& terms, const SomeChains<V>& chain
   return select(is_free, quotient(V(T(1)), select<V>(is_free, whole, V(T(1)))) * sum, held);
 }
 
-// The roundings of chains before their pulses.
+// The rounding of chains before their pulses.
 template <class V>
 struct ChainGrain {
-  V grain;  // the rounding of a position
-  V noise;  // and of the energy, by 1/h^2
+  V grain;  // of a position
+  V noise;  // of the energy, times h^2
 };
 
-// Keeps the positions and velocities too.
+// Returns the rounding, and keeps positions and velocities.
 template <class V, Arithmetic arithmetic>
 ChainGrain<V> begin_lone(const ChainTerms<Scalar<V>>& terms, const Axes<Scalar<V>>& x, const Axes<Scalar<V>>& v,
                          const SomeChains<V>& chains) noexcept {
@@ -80,7 +80,7 @@ ChainGrain<V> begin_lone(const ChainTerms<Scalar<V>>& terms, const Axes<Scalar<V
   return {grain, (V(grains<T>) * load_lanes<V>(terms.whole + chains.number)) * (off * off)};
 }
 
-// How pulses over a sub-step went, or over several.
+// The outcome of the pulses of one sub-step, or of several.
 template <class V>
 struct ChainCourse {
   Mask<V> is_lost;  // lengths have not converged
@@ -104,7 +104,7 @@ V transverse_of(const ChainTerms<Scalar<V>>& terms, const SomeChains<V>& chains)
   return most;
 }
 
-// Where the lengths do not converge.
+// Corrects the lengths. Returns the lanes in which they do not converge.
 template <class V, Arithmetic arithmetic>
 Mask<V> place_lone(const ChainTerms<Scalar<V>>& terms, const Axes<Scalar<V>>& x, const SomeChains<V>& chains, Mask<V> where,
                    V grain) noexcept {
@@ -120,7 +120,7 @@ Mask<V> place_lone(const ChainTerms<Scalar<V>>& terms, const Axes<Scalar<V>>& x,
   }
 }
 
-// Both pulses, where the forces alone have led x and v.
+// Applies both pulses. On entry x and v are where the forces alone have led.
 template <class V, Arithmetic arithmetic>
 ChainCourse<V> pulse_chain(const ChainTerms<Scalar<V>>& terms, const Axes<Scalar<V>>& x, const Axes<Scalar<V>>& v,
                            const SomeChains<V>& chains, Mask<V> where, V per_step, V grain) noexcept {
@@ -137,13 +137,13 @@ ChainCourse<V> pulse_chain(const ChainTerms<Scalar<V>>& terms, const Axes<Scalar
   return {is_lost, transverse, first.carried - second.carried, first.carried + second.carried, second.moving};
 }
 
-// slight: twice an energy that is none beside what the forces do in a sub-step.
+// slight: twice an energy that counts as none.
 template <class V, Arithmetic arithmetic>
 Mask<V> gives_too_much(const ChainCourse<V>& course, V slight) noexcept {
   return magnitude(course.given) > multiply_add<arithmetic>(V(most_given<Scalar<V>>), course.moving, slight);
 }
 
-// From start, v0 and a as many sub-steps of the chains' own.
+// Takes `parts` sub-steps of the chains' own from start, with v0 and a.
 template <class V, Arithmetic arithmetic>
 ChainCourse<V> take_parts(const ChainTerms<Scalar<V>>& own, const SomeChains<V>& chains, Mask<V> where, V parts,
                           V grain) noexcept {
@@ -181,7 +181,7 @@ ChainCourse<V> take_parts(const ChainTerms<Scalar<V>>& own, const SomeChains<V>&
   }
 }
 
-// As they were at the start, and where their first ends have been carried since.
+// Puts chains as they were at the start, moved along with their first ends since.
 template <class V>
 void stay(const ChainTerms<Scalar<V>>& terms, const Axes<Scalar<V>>& x, const Axes<Scalar<V>>& v, const SomeChains<V>& chains,
           Mask<V> where) noexcept {
@@ -198,7 +198,7 @@ void stay(const ChainTerms<Scalar<V>>& terms, const Axes<Scalar<V>>& x, const Ax
   }
 }
 
-// Takes the kinetic energy out that neither the start had, at v0, nor the forces have given on the way, by a.
+// Removes the kinetic energy beyond that of the start, at v0, and the work of the forces on the way, by a.
 template <class V, Arithmetic arithmetic>
 void take_excess(const ChainTerms<Scalar<V>>& terms, const Axes<Scalar<V>>& x, const Axes<Scalar<V>>& v,
                  const SomeChains<V>& chains, Mask<V> where, const Axes<Scalar<V>>& v0, const Axes<Scalar<V>>& a) noexcept {
@@ -236,8 +236,8 @@ void take_excess(const ChainTerms<Scalar<V>>& terms, const Axes<Scalar<V>>& x, c
   }
 }
 
-// Where no sub-step is short enough, particles follow each other. A chain held at both ends whose lengths cannot be found so,
-// as one that is drawn straight, stays.
+// If no sub-step is short enough, the particles follow each other. A chain held at both ends whose lengths are not found in
+// this way, such as one drawn straight, stays.
 template <class V, Arithmetic arithmetic>
 void give_in(const ChainTerms<Scalar<V>>& terms, const Axes<Scalar<V>>& x, const Axes<Scalar<V>>& v,
              const SomeChains<V>& chains, Mask<V> where) noexcept {
@@ -268,7 +268,8 @@ void give_in(const ChainTerms<Scalar<V>>& terms, const Axes<Scalar<V>>& x, const
   take_excess<V, arithmetic>(terms, x, v, chains, where, terms.own_v, terms.own_x);
 }
 
-// v0 and a of the parabola from start to x with the velocity v at its end. Twice an energy that is slight beside the forces'.
+// Finds v0 and a of the parabola from start to x that ends with the velocity v. Returns twice an energy that is negligible
+// beside that of the forces.
 template <class V, Arithmetic arithmetic>
 V unfold(const ChainTerms<Scalar<V>>& terms, const SomeChains<V>& chains) noexcept {
   using T = Scalar<V>;
@@ -302,7 +303,7 @@ void put_own(const ChainTerms<Scalar<V>>& terms, const Axes<Scalar<V>>& x, const
   }
 }
 
-// Sub-steps of the chains' own, twice as many until they suffice.
+// Takes sub-steps of the chains' own, at least twice as many each time until they suffice.
 template <class V, Arithmetic arithmetic>
 void march(const ChainTerms<Scalar<V>>& terms, const Axes<Scalar<V>>& x, const Axes<Scalar<V>>& v, const SomeChains<V>& chains,
            const ChainGrain<V>& grain, V forced, Mask<V> where) noexcept {
@@ -333,7 +334,7 @@ void march(const ChainTerms<Scalar<V>>& terms, const Axes<Scalar<V>>& x, const A
     const V more = parts * factor;
     parts = select<V>(more < most, more, most);
   }
-  aim_chain<V, arithmetic>(terms, x, chains.first, chains.links, !gives_in);  // lanes that did not march have lost theirs too
+  aim_chain<V, arithmetic>(terms, x, chains.first, chains.links, !gives_in);  // lanes that did not march have lost their n too
   if (any_lane<V>(gives_in)) give_in<V, arithmetic>(terms, x, v, chains, gives_in);
 }
 

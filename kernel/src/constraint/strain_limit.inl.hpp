@@ -20,7 +20,7 @@ Three<V> product(const Symmetric<V>& m, const Three<V>& a) noexcept {
            dot<arithmetic>(Three<V>{{m.cross[1], m.cross[0], m.diagonal[2]}}, a)}};
 }
 
-// m - (s a) b^T, where the outcome is symmetric.
+// m - a b^T, for a result that is symmetric.
 template <class V, Arithmetic arithmetic>
 Symmetric<V> without(const Symmetric<V>& m, const Three<V>& a, const Three<V>& b) noexcept {
   Symmetric<V> out;
@@ -58,7 +58,7 @@ void store_symmetric(const LimitTerms<Scalar<V>>& terms, std::size_t e, const Sy
 
 enum class LimitStage : std::uint8_t { positions, velocities };
 
-// Sixteen chains' lanes of one register.
+// The chains of a bundle that are in one register.
 template <class V>
 struct LimitLanes {
   using T = Scalar<V>;
@@ -68,7 +68,7 @@ struct LimitLanes {
   [[nodiscard]] std::size_t element(std::size_t k) const noexcept { return first + k * slice; }
 };
 
-// Links as they are: directions, what is missing to their lengths, stiffnesses. Which chains are not right yet.
+// Measures the links: directions, the lengths that they lack, stiffnesses. Returns the chains that are not right yet.
 template <class V, Arithmetic arithmetic, LimitStage stage>
 Mask<V> measure_limits(const LimitLanes<V>& of, bool is_start) noexcept {
   using T = Scalar<V>;
@@ -114,7 +114,7 @@ Mask<V> measure_limits(const LimitLanes<V>& of, bool is_start) noexcept {
   return is_off;
 }
 
-// From the first particle to the last: each one's yield to a force, and where it goes without one.
+// Eliminates from the first particle to the last: each one's yield to a force, and where it goes without one.
 template <class V, Arithmetic arithmetic, LimitStage stage>
 void eliminate_limits(const LimitLanes<V>& of) noexcept {
   using T = Scalar<V>;
@@ -172,7 +172,7 @@ void eliminate_limits(const LimitLanes<V>& of) noexcept {
   }
 }
 
-// Back again: forces and ways, where chains are not right yet. Which of them are so tight that their links would turn over.
+// Substitutes back: forces and ways, for chains that are not right yet. Returns the chains whose links would turn over.
 template <class V, Arithmetic arithmetic, LimitStage stage>
 Mask<V> substitute_limits(const LimitLanes<V>& of, Mask<V> where) noexcept {
   using T = Scalar<V>;

@@ -1,4 +1,4 @@
-// Chains of limits, scalar: one after the other. The wide twin: limit.inl.hpp; the derivation: constraint.hpp.
+// Chains of limits, scalar: one after the other. The wide twin: strain_limit.inl.hpp; the derivation: constraint.hpp.
 #pragma once
 
 #include "constraint/constraint_reference.hpp"
@@ -61,7 +61,7 @@ void for_limit_chains(const LimitTerms<T>& terms, std::size_t from, std::size_t 
   }
 }
 
-// A link as it is.
+// A link at the present positions or velocities.
 template <class T>
 struct LimitLink {
   bool is_sound = false;

@@ -13,8 +13,8 @@
 //               S = h psi_1: x' = x + S v - C e + ... keeps its digits where v h - D v would cancel (omega h >> 1)
 //               a = tau^k:            dv += k! h^(k+1) psi_{k+1},  dx += k! h^(k+2) psi_{k+2}
 //               a = exp(i Omega tau): dv += h K',  dx += h^2 K, the response from e = v = 0 in forced_flow
-// Limits        g = 0: the undamped spring. W = 0: drag, and the constant force that separate drag forgets to slow down.
-//               W = g = 0: free flight. Resonance is nothing special: K is never divided by w - theta^2 + i q theta.
+// Limits        g = 0: the undamped spring. W = 0: drag; unlike separate drag it brakes a constant force's motion too.
+//               W = g = 0: free flight. Resonance is no special case: K is never divided by w - theta^2 + i q theta.
 // Coefficients  every line is a sum of terms of one sign for small arguments, made in two doubles and rounded once.
 // Back in time  h < 0 makes q < 0 in the same functions; the result inverts the step |h| to the same accuracy.
 // Source        Hochbruck and Ostermann, Acta Numerica 2010 (phi functions, here of the 2x2 companion matrix); Brown's

@@ -18,7 +18,7 @@ struct Combined {
 // Any h: negative runs back in time (finite for g h > -700), 0 is the identity.
 Combined combined(double W, double g, double h) noexcept;
 
-// The same in plain double by psi(): what a wide body repeats where W and g differ from particle to particle.
+// The same in plain double by psi(). A wide body repeats it if W and g differ from particle to particle.
 Combined combined_in_lanes(double W, double g, double h) noexcept;
 
 // The gain of tau^k, k = 0..7 and tau the time since the step's start.

@@ -6,8 +6,8 @@
 
 namespace dvdx {
 
-// The gain of a constant acceleration. Method::combined is the exact one here: where it is combined with springs or drag, the
-// gain is Combined::constant (combined.hpp).
+// The gain of a constant acceleration. Method::combined is the exact one here. If the acceleration is combined with springs or
+// drag, the gain is Combined::constant (combined.hpp).
 Gain constant(double h, Method method) noexcept;
 
 }  // namespace dvdx

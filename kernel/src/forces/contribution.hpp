@@ -14,7 +14,7 @@ struct Contribution {
   double A = 0, B = 0, C = 0, D = 0;
 };
 
-// dv = v * amplitude, dx = x * amplitude: what one unit of a position-independent acceleration leaves after a step.
+// dv = v * amplitude, dx = x * amplitude: the effect of one unit of a position-independent acceleration after a step.
 struct Gain {
   double v = 0, x = 0;
 };

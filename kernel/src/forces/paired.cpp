@@ -5,13 +5,12 @@
 #include <limits>
 
 // Rounding each coefficient to the nearest float makes an error of 3e-8 in the step's eigenvalues, the same at every step:
-// phase and decay drift in proportion to time. The coefficients' neighbours are therefore tried, all within 2 ulp of the exact
-// ones, and the combination is taken whose eigenvalues are nearest: what remains are errors of 1e-7 in the shape of the orbit,
-// which do not grow.
-// Shears     1 - determinant is kappa, and the trace then is all in s (t1 + t2): 125 combinations. State error after 1000 steps
-//            of h = 1/60 over that of an exact step rounded to float (tests/kernel/rounding_test.cpp): 1.1 rms for z < 0.7,
-//            where the fused form has up to 44; 3.2 above, where the step's own operations round more than the state. Four ulp
-//            instead of two change nothing.
+// phase and decay drift in proportion to time. So the coefficients' neighbours within 2 ulp of the exact ones are tried, and
+// the combination with the nearest eigenvalues is taken. Errors of 1e-7 in the shape of the orbit remain, which do not grow.
+// Shears     1 - determinant is kappa, so the trace depends on s (t1 + t2) alone: 125 combinations. State error after 1000
+//            steps of h = 1/60 over that of an exact step rounded to float (tests/kernel/rounding_test.cpp): 1.1 rms for
+//            z < 0.7, where the fused form has up to 44; 3.2 above, where the step's own operations round more than the state.
+//            Four ulp instead of two change nothing.
 //            Energy over 1e7 steps, z 1e-3 .. 2.9: 3.2e-4 at worst, 7e-5 rms (each shear as x = c + e: 4e-4, 1.3e-4).
 // Fused      trace and determinant of I - M, that is B + C and C B + A S. 625 combinations. B + C comes in units of the smaller
 //            one's last place, which no choice can improve: for omega h > 0.3 and little damping up to 2e-8 a step remain.
@@ -21,12 +20,12 @@ namespace {
 
 constexpr std::size_t points = 2 * paired_reach + 1;
 
-// The nearest float first, then those around it; what lies farther from `exact` than the reach is the nearest once more.
+// The nearest float first, then those around it. One that is farther from `exact` than the reach is replaced by the nearest.
 std::array<float, points> neighbours(double exact) noexcept {
   std::array<float, points> result{};
   const auto nearest = static_cast<float>(exact);
   result.fill(nearest);
-  if (!std::isfinite(nearest)) return result;  // the largest float stands beside infinity, and is no neighbour of the number
+  if (!std::isfinite(nearest)) return result;  // infinity's neighbour is the largest float, which is not near the number
   const double ulp = std::abs(double{nearest} - double{std::nextafter(nearest, 0.0F)});
   float up = nearest, down = nearest;
   for (std::size_t n = 1; n < points; n += 2) {
@@ -38,8 +37,8 @@ std::array<float, points> neighbours(double exact) noexcept {
   return result;
 }
 
-// How far a candidate's eigenvalues are from the exact ones, squared: with N = I - M, T = trace N and N's determinant G,
-// each eigenvalue m of N moves by (m dT - dG)/(2 m - T); what counts over many steps is that relative to m. 2 m - T is the same
+// The squared distance of a candidate's eigenvalues from the exact ones. With N = I - M, T = trace N and N's determinant G,
+// each eigenvalue m of N moves by (m dT - dG)/(2 m - T). Over many steps this counts relative to m. 2 m - T has the same size
 // for both, so the sum of |dT - dG/m|^2 is measured, which stays meaningful at critical damping.
 struct Spectrum {
   explicit Spectrum(const Combined& exact) noexcept
@@ -74,7 +73,7 @@ struct Spectrum {
 ShearF paired(const Shear& exact) noexcept {
   const auto kappa = static_cast<float>(exact.kappa);
   ShearF best = {static_cast<float>(exact.sign), static_cast<float>(exact.t1), static_cast<float>(exact.s),
-                 static_cast<float>(exact.t2), kappa};             // where float32 cannot hold them and no error is a number
+                 static_cast<float>(exact.t2), kappa};             // stays if float32 cannot hold them: errors are NaN
   const double kick = exact.kick + (exact.kappa - double{kappa});  // what kappa's rounding leaves to the others
   double smallest = std::numeric_limits<double>::infinity();
   for (const float s : neighbours(exact.s)) {

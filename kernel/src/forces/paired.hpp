@@ -14,7 +14,7 @@ struct FusedF {
   float A = 0, B = 0, C = 0, S = 0;
 };
 
-// How far, in units in the last place, a coefficient may go from the nearest float.
+// How far, in units in the last place, a coefficient may be from the exact one.
 inline constexpr int paired_reach = 2;
 
 // The step: shear.hpp.

@@ -5,7 +5,7 @@
 #include "math/two_double_flow.hpp"
 
 // Equation      x'' = -(W (r - l) + g r') n,  n = (x - c)/r, r = |x - c|, l the rest length
-// Solution      none in closed form in space: the direction n turns. Along one that did not turn it would be a spring's.
+// Solution      none in closed form in space, as the direction n turns. Along a fixed direction it would be a spring's.
 // Step          drift h/2; at the midpoint, where n is taken, the velocity's axial part u = n . v gets
 //                 u <- E u,  u <- u - kappa (r - l),  u <- E u;      drift h/2
 //               kappa = h W sinc^2(z/2),  E = exp(-g h/2)

@@ -1,4 +1,4 @@
-// A spring with a rest length from an anchor: what its kick along the axis needs.
+// A spring with a rest length from an anchor: the coefficients of its kick along the axis.
 #pragma once
 
 #include "dvdx/method.hpp"

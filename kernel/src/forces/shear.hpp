@@ -1,4 +1,4 @@
-// Oscillating motion as three shears, which rounding cannot give or take energy.
+// Oscillating motion as three shears, by which rounding neither gives nor takes energy.
 #pragma once
 
 #include "forces/combined.hpp"
@@ -10,11 +10,10 @@ namespace dvdx {
 //   x' = x + ((sign - 1) e + sign d),  v' = sign u                 in either case
 struct Shear {
   double sign = 1, t1 = 0, s = 0, t2 = 0, kappa = 0;
-  double kick = 0;  // s (t1 + t2), with kappa all there is to the eigenvalues; 0 where the motion was taken for free
+  double kick = 0;  // s (t1 + t2), which with kappa determines the eigenvalues; 0 if the motion was taken for free
 };
 
-// exact: the combined step for W, g and h. For motion that oscillates, W > (g/2)^2, or is free; |t omega| <= 1 where it is
-// undamped.
+// exact: the combined step for W, g and h, of motion that is free or oscillates, W > (g/2)^2. If undamped, |t omega| <= 1.
 Shear shear(const Combined& exact, double g, double h) noexcept;
 
 }  // namespace dvdx

@@ -55,7 +55,7 @@ template <class V>
   }
 }
 
-// The register's particles at i, moved by all but contacts.
+// Moves the register of particles at i by everything but contacts.
 template <class V, class OneAxis, StepFeatures features, Arithmetic arithmetic>
 [[gnu::always_inline]] inline Trajectory<V> move_batch(const Block<Scalar<V>>& particles, const Terms<Scalar<V>>& terms,
                                                        const Offsets<Scalar<V>>* offsets, std::size_t i) noexcept {
@@ -84,14 +84,14 @@ template <class V, class OneAxis, StepFeatures features, Arithmetic arithmetic>
   m = move_batch<V, OneAxis, features, arithmetic>(particles, terms, offsets, i);
 }
 
-// The register's particles at i, moved by the whole step. Returns whether any of them touched a surface or lay still.
+// Moves the register of particles at i by the whole step. Returns true if any of them touched a surface or lay still.
 template <class V, class OneAxis, StepFeatures features, Arithmetic arithmetic>
 [[gnu::noinline]] bool step_batch(const Block<Scalar<V>>& particles, const Terms<Scalar<V>>& terms,
                                   const Offsets<Scalar<V>>* offsets, std::size_t i, Waiting<V, arithmetic>& waiting,
                                   Dormant<V>& still) noexcept {
   Trajectory<V> m;
   if constexpr (features == StepFeatures::contact) {
-    // The original never has its address taken, and is copied register by register, so that it stays in registers.
+    // `moved` stays in registers: its address is never taken, and it is copied register by register.
     const Trajectory<V> moved = move_batch<V, OneAxis, features, arithmetic>(particles, terms, offsets, i);
     m = {copied(moved.x0), copied(moved.v0), copied(moved.x1), copied(moved.v1)};
   } else {
@@ -116,8 +116,8 @@ template <class V, class Affine, class Test>
   may_touch.add(axis, m, sums);
 }
 
-// Batches from i on, up to the first that may touch a surface, which is left as it was. Nothing is called in this loop, so that
-// the coefficients stay in registers.
+// Steps batches from i on, up to the first that may touch a surface, which stays as it was. The loop calls nothing, so that the
+// coefficients stay in registers.
 template <class V, class OneAxis, class Test>
 std::size_t step_untouched_by(const Block<Scalar<V>> particles, const Terms<Scalar<V>>& terms,
                               const Offsets<Scalar<V>>& offsets, std::size_t i) noexcept {

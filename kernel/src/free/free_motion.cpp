@@ -27,9 +27,9 @@ enum class Drive { none, offsets };
 // Below this angle of a step the fused form rounds less than the state itself; above, its trace has too coarse a grid.
 constexpr double shear_from = 0.15;
 
-// Whether one axis of one exact system does better in three shears than in the fused form: undamped (energy is then kept over
-// any number of steps, whatever the rounding of the coefficients), or weakly damped and turning by more than `shear_from` a
-// step. Damped, t1 and t2 have poles where the angle is a multiple of pi, and would carry the rounding of v into x.
+// Returns true if one axis of one exact system does better in three shears than in the fused form. Undamped it does: energy is
+// kept over any number of steps, whatever the rounding of the coefficients. Weakly damped it does if it turns by more than
+// `shear_from` a step. Damped, t1 and t2 have poles at the angles n pi, and would carry the rounding of v into x.
 bool gains_by_shears(const AxisMotion& motion, double h) {
   if (motion.g == 0) return true;
   const double omega = std::sqrt(motion.W);
@@ -64,9 +64,9 @@ Flow choose_flow(const System& system, Drive drive) {
   return is_driven ? Flow::driven_fused : Flow::fused;
 }
 
-// How far constant forces shift the anchor of one exact system to its equilibrium, f/W by axis: a step then needs no offsets.
-// Nothing where that would cost a digit: the shifted anchor, rounded, must hold the shift to its last bit or so. And nothing
-// where time, separate forces or anchors each make offsets of their own.
+// The shift from the anchor of one exact system to its equilibrium under constant forces, f/W by axis: a step then needs no
+// offsets. Nothing if that would cost a digit: the shifted anchor, rounded, must hold the shift to about its last bit. Nothing,
+// too, if time, separate forces or each particle's own anchor make offsets anyway.
 template <class T>
 std::optional<Vec3> equilibrium_shift(const System& system) {
   if (!system.is_uniform() || !system.has_springs() || system.depends_on_time() || !system.is_one_system()) return std::nullopt;
@@ -94,7 +94,7 @@ FusedAxis<T> rounded(const AxisMotion& motion) {
   return {static_cast<T>(motion.A), static_cast<T>(motion.B), static_cast<T>(motion.C), static_cast<T>(motion.S)};
 }
 
-// Rounded together where the motion is one exact system: see forces/paired.hpp.
+// For one exact system, whose coefficients are rounded together: see forces/paired.hpp.
 template <class T>
 FusedAxis<T> rounded_together(const AxisMotion& motion) {
   if constexpr (std::is_same_v<T, float>) {
@@ -149,7 +149,7 @@ AxisColumns<T> FreeMotion<T>::make_columns(std::size_t axes) {
   return view;
 }
 
-// Memory for everything that differs from particle to particle, and nothing else.
+// Takes memory for everything that differs from particle to particle, and for nothing else.
 template <class T>
 void FreeMotion<T>::reserve(std::size_t block_asked_for) {
   const std::size_t axes = system.is_isotropic() ? 1 : 3;
@@ -299,7 +299,7 @@ void FreeMotion<T>::make_surfaces() {
   choose_search();
 }
 
-// Whether blocks look for the surfaces near them.
+// Decides whether blocks search for the surfaces near them.
 template <class T>
 void FreeMotion<T>::choose_search() noexcept {
   const auto is_body = [](const Surface<T>& s) { return s.shape != Shape::plane && s.shape != Shape::sphere; };
@@ -368,7 +368,7 @@ Surface<T> FreeMotion<T>::surface_of(std::size_t index, std::size_t part, const 
       surface.falls_away = static_cast<T>(0.5 / (std::min(capsule.radius[0], capsule.radius[1]) + capsule.thickness));
       break;
     }
-    case Shape::plane:  // what slides on these goes straight, or along cells
+    case Shape::plane:  // particles slide straight on these, or along cells
     case Shape::box:
     case Shape::convex:
     case Shape::mesh:
@@ -426,8 +426,8 @@ void FreeMotion<T>::make_bend() {
   set_bend(bend, bend_z_, bend_q_, theta);
 }
 
-// The cubic through a source's values at 0, 1/3, 2/3 and 1 of the step, for an amplitude of 1: its three derivatives by the
-// part of the step, times the step's square, so that they are metres.
+// The three derivatives of the cubic through a source's values at 0, 1/3, 2/3 and 1 of the step, for an amplitude of 1. They
+// are by the part of the step, times the step's square, so that they are metres.
 template <class T>
 std::array<double, 3> FreeMotion<T>::drive_of(const Source& source) const {
   using Kind = Source::Kind;

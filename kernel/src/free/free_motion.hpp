@@ -1,5 +1,5 @@
-// The motion of particles that nothing joins, over one duration: the sorted forces in float64, and everything rounded that the
-// hot loops read. Immutable.
+// The motion of particles that nothing joins, over one duration: the sorted forces in float64, and the rounded values that the
+// hot loops read. Immutable but for set_contact().
 #pragma once
 
 #include <array>
@@ -24,25 +24,24 @@ inline constexpr std::size_t block_unit = 16;  // particles: a whole number of r
 template <class T>
 class FreeMotion {
  public:
-  // The scene and the options have been checked; what joins particles is passed over, and so are fixed particles. The scene,
-  // the start and the shapes of its contacts must outlive this. count: none where all particles are alike. start: empty where
-  // no anchor stands there. flows_per_substep: how many of this flow a sub-step is long, where springs' pulses stand between
-  // flows; 0 where none do.
+  // The scene and the options have been checked. Whatever joins particles is ignored, and so are fixed particles. The scene,
+  // the start and the shapes of its contacts must outlive this. count: none if all particles are alike. start: empty if no
+  // anchor is there. flows_per_substep: the length of a sub-step in flows if springs' pulses stand between flows, otherwise 0.
   FreeMotion(const Scene& scene, const Options& options, const FreeKernels<T>& passes, std::optional<std::size_t> count,
              std::span<const Vec3> start, const ShapeMemories<T>& shapes, double flows_per_substep = 0);
   FreeMotion(const FreeMotion&) = delete;
   FreeMotion& operator=(const FreeMotion&) = delete;
 
-  // Refuses a coefficient that overflows in T, or in float64 before: a step of it would be nonsense, silently.
+  // Refuses a coefficient that overflows in T, or in float64 before: its steps would silently be nonsense.
   [[nodiscard]] std::optional<Error> refusal() const;
 
-  // The scene's contacts[index] is another from now on, of as many surfaces; nothing where this motion has none.
+  // Replaces the scene's contacts[index] by one of as many surfaces. Does nothing if this motion has no contacts.
   void set_contact(std::size_t index, const Contact& contact) noexcept;
 
   // The offsets of the step that starts at `clock`.
   void offsets_at(const Clock& clock, Offsets<T>& offsets) const noexcept;
 
-  // Offsets that each step needs: two where springs kick at its middle.
+  // The number of offsets that each step needs: two if springs kick at its middle.
   [[nodiscard]] std::size_t offsets_per_step() const noexcept { return system.kicks() != 0 ? 2 : 1; }
 
   // Bytes of the plan's own columns that a particle-step reads.
@@ -51,7 +50,7 @@ class FreeMotion {
 
   System system;
   const FreeKernels<T>* kernels;
-  std::optional<Vec3> equilibrium;  // from the anchor to where constant forces hold it, m: where a step needs no offsets
+  std::optional<Vec3> equilibrium;  // m: from the anchor to the equilibrium under constant forces; a step then needs no offsets
   Flow flow;
   StepFeatures features;
   std::size_t block;
@@ -74,7 +73,7 @@ class FreeMotion {
   [[nodiscard]] std::size_t column_length() const noexcept;
   T* make_column() { return columns_.add(column_length()); }
   AxisColumns<T> make_columns(std::size_t axes);
-  static T* writable(const T* column) noexcept { return const_cast<T*>(column); }  // our own memory, seen const by the passes
+  static T* writable(const T* column) noexcept { return const_cast<T*>(column); }  // memory owned here, const for the passes
 
   const Scene& scene_;
   std::optional<std::size_t> count_;
@@ -84,8 +83,8 @@ class FreeMotion {
   double flows_per_substep_;
   const ShapeMemories<T>& shapes_;
   Columns<T> columns_;
-  Columns<T> bend_columns_;         // which impacts alone read
-  double bend_z_ = 0, bend_q_ = 0;  // the strongest sqrt(W) |h| and g |h| of any particle and axis
+  Columns<T> bend_columns_;         // read by impacts alone
+  double bend_z_ = 0, bend_q_ = 0;  // the largest sqrt(W) |h| and g |h| of any particle and axis
   std::vector<Surface<T>> surfaces_;
   std::vector<SurfaceGroup> groups_;
   std::vector<RadialTerms<T>> radial_;

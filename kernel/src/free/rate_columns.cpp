@@ -16,7 +16,7 @@ namespace {
 constexpr std::size_t chunk_size = 256;  // particles whose coefficients are made together: twelve columns of 2 KiB
 using Numbers = std::array<double, chunk_size>;
 
-// Particles [first, first + n) on one axis, and what one group of their forces makes of a step.
+// For the particles of a Range: the rates of one group of their forces, and the coefficients of its step.
 struct Group {
   Numbers W, g;
   Numbers A, B, C, S, X;
@@ -67,7 +67,7 @@ class Maker {
                   .C = group_.C.data(),
                   .S = group_.S.data(),
                   .X = group_.X.data()});
-    // Beyond the lanes' range of angles the host's coefficients stand in.
+    // Beyond the lanes' range of angles combined() makes the coefficients instead.
     for (std::size_t j = 0; j < range.n; ++j) {
       if (std::sqrt(group_.W[j]) * std::abs(h_) <= sincos_fast) continue;
       const Combined k = combined(group_.W[j], group_.g[j], h_);
@@ -160,7 +160,7 @@ class Maker {
     }
   }
 
-  // One spring or drag that stands alone.
+  // Adds one spring or drag that stands alone.
   void add(std::size_t force, const Range& range) {
     fill([&](std::size_t i) { return system_.rate(force, range.axis, i); }, range);
     if (system_.is_truncated(force)) {
@@ -217,7 +217,7 @@ void make_rates(const System& system, const FreeKernels<T>& passes, Flow flow, s
                 std::span<const std::size_t> column_sources, const Rates<T>& rates) {
   const auto is_anchors = [&](std::size_t k) { return system.sources()[k].kind == Source::Kind::anchors; };
   const bool has_anchors = std::any_of(column_sources.begin(), column_sources.end(), is_anchors);
-  // Isotropic columns are shared by the axes, but for those of the anchors.
+  // The axes share isotropic columns, except those of the anchors.
   const std::size_t axes = system.is_isotropic() && !has_anchors ? 1 : 3;
   Maker<T> maker(system, passes, column_sources, rates);
   for (std::size_t axis = 0; axis < axes; ++axis) {

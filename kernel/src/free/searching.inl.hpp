@@ -1,4 +1,4 @@
-// A block among many surfaces: it looks for those near it (flow/near.hpp), and steps as without contacts where there are none.
+// A block among many surfaces. It searches for those near it (flow/near.hpp), and steps without contacts if there are none.
 #pragma once
 
 #include <array>
@@ -11,7 +11,7 @@
 namespace dvdx {
 namespace {
 
-// Where one axis' values lie, and where a step takes them.
+// Bounds of one axis' positions and velocities, and of where a step takes them.
 template <class V>
 class Rectangle {
   using T = Scalar<V>;
@@ -38,7 +38,7 @@ class Rectangle {
     v_[1] = speed.highest();
   }
 
-  // low, high: take what the step's paths lie between. way: takes how far they go.
+  // Takes a step. low and high are widened to the step's paths. way is raised to how far these go.
   template <class OneAxis>
   void step(const OneAxis& affine, T corner, T& low, T& high, T& way) noexcept {
     const Rectangle before = *this;
@@ -69,7 +69,7 @@ class Rectangle {
   T x_[2], v_[2];
 };
 
-// The paths start where the flow before has left the particles.
+// Widens the bounds to paths that start where the flow before has left the particles.
 template <class V>
 void take_start(const Block<Scalar<V>>& particles, std::size_t axis, Scalar<V>& low, Scalar<V>& high, Scalar<V>& way) noexcept {
   Bounds<V> start;
@@ -85,7 +85,7 @@ void take_start(const Block<Scalar<V>>& particles, std::size_t axis, Scalar<V>& 
   way = way + shift;
 }
 
-// Where the block's trajectories lie in all of its steps, if it touches nothing.
+// The region of the block's trajectories in all of its steps, if it touches nothing.
 template <class V, class OneAxis>
 [[gnu::noinline]] Region<Scalar<V>> region_of_all(const Block<Scalar<V>>& particles, const Terms<Scalar<V>>& terms,
                                                   const Steps<Scalar<V>>& steps) noexcept {
@@ -132,23 +132,23 @@ Side<T> side_of(const Region<T>& bound, const std::array<const T*, 3>& x) noexce
   return found;
 }
 
-// A flow's own part of loops that are made once for all flows.
+// A flow's own functions for loops that are compiled once for all flows.
 template <class V, Arithmetic arithmetic>
 struct Moves {
   using T = Scalar<V>;
 
-  // The register's particles at i, moved by the whole step: step_batch.
+  // Moves the register of particles at i by the whole step: step_batch.
   bool (*step)(const Block<T>&, const Terms<T>&, const Offsets<T>*, std::size_t i, Waiting<V, arithmetic>&, Dormant<V>&);
-  // By all but contacts.
+  // Moves it by everything but contacts.
   void (*batch)(Trajectory<V>& m, const Block<T>& particles, const Terms<T>& terms, const Offsets<T>* offsets, std::size_t i);
-  StepBlock<T> alone;  // as without contacts
-  // Null beside radial springs; `region_of_all` where particles differ, too.
+  StepBlock<T> alone;  // without contacts
+  // Null beside radial springs. region_of_all is null if particles differ, too.
   std::size_t (*untouched)(const Block<T>&, const Terms<T>&, const Offsets<T>&, std::size_t);
   std::size_t (*beside)(const Block<T>&, const Terms<T>&, const Offsets<T>&, const Side<T>&);
   Region<T> (*region_of_all)(const Block<T>&, const Terms<T>&, const Steps<T>&);
 };
 
-// Where the block's trajectories lie in this step.
+// The region of the block's trajectories in this step.
 template <class V, Arithmetic arithmetic>
 Region<Scalar<V>> region_of(const Moves<V, arithmetic>& moves, const Block<Scalar<V>>& particles, const Terms<Scalar<V>>& terms,
                             const Offsets<Scalar<V>>* offsets) noexcept {
@@ -186,7 +186,7 @@ void step_batches(const Moves<V, arithmetic>& moves, const Block<Scalar<V>>& par
   waiting.resolve_all(particles, terms, offsets[0]);
 }
 
-// With the surfaces of the list alone.
+// Steps with the surfaces of the list alone.
 template <class V, Arithmetic arithmetic>
 [[gnu::noinline]] void step_near(const Moves<V, arithmetic>& moves, const Block<Scalar<V>>& particles,
                                  const Terms<Scalar<V>>& terms, const Offsets<Scalar<V>>* offsets, const NearList& near,
@@ -202,7 +202,7 @@ template <class V, Arithmetic arithmetic>
   step_batches<V, arithmetic>(moves, particles, own, offsets, still);
 }
 
-// Registers from the first on, up to one of which some particle may leave the side, which is left as it was.
+// Steps registers from the first on, up to one with a particle that may leave the side. That one stays as it was.
 template <class V, class OneAxis, Arithmetic arithmetic>
 [[gnu::noinline]] std::size_t step_beside(const Block<Scalar<V>>& particles, const Terms<Scalar<V>>& terms,
                                           const Offsets<Scalar<V>>& offsets, const Side<Scalar<V>>& side) noexcept {
@@ -239,7 +239,7 @@ template <class V, class OneAxis, Arithmetic arithmetic>
   return i;
 }
 
-// Particles from i of the block on.
+// The block's particles from i on.
 template <class T>
 Block<T> rest_of(const Block<T>& particles, std::size_t i) noexcept {
   Block<T> rest = particles;

@@ -40,7 +40,7 @@ Method System::method(std::size_t force) const noexcept {
 
 Vec3 System::anchor(const Anchor& anchor, std::size_t particle) const {
   const Origin& origin = scene_->origin;
-  // a plan for no particles asks for the first one's
+  // a plan without particles asks for the anchor of the first one
   const auto is_there = [particle](std::span<const Vec3> points) { return particle < points.size(); };
   if (origin.is_each() && !is_there(origin.each())) return {};
   if (const auto* all = std::get_if<Vec3>(&anchor)) return origin.from(*all, particle);
@@ -139,7 +139,7 @@ void System::find_sources() {
   if (anchors_differ()) sources_.push_back({.kind = Source::Kind::anchors, .group = Source::Group::alone});
 }
 
-// The stiffness-weighted mean of the combined springs' anchors; where none of them pulls, the first anchor that there is.
+// The stiffness-weighted mean of the combined springs' anchors; if none of them pulls, the first anchor.
 double System::common_anchor(std::size_t axis, std::size_t particle) const {
   std::vector<std::size_t>::size_type springs = 0;
   double first = 0;

@@ -1,4 +1,4 @@
-// Which forces of a scene act together, and what they make of one axis of one particle. Everything in float64.
+// Sorts a scene's forces into those that act together and others, and gives their step on one axis of a particle, in float64.
 #pragma once
 
 #include <cstddef>
@@ -27,11 +27,11 @@ struct Source {
   enum class Group : std::uint8_t { combined, alone };
   Kind kind = Kind::constant;
   Group group = Group::combined;
-  std::size_t force = 0;  // combined constants and polynomials are summed up: this is the first
+  std::size_t force = 0;  // the first one, if combined constants or polynomials are summed up
   int power = 0;
   bool operator==(const Source&) const = default;
 
-  // The same effect on all particles, whatever else acts on them.
+  // Returns true if it has the same effect on all particles, whatever else acts on them.
   [[nodiscard]] bool is_alike() const noexcept { return group == Group::alone && kind != Kind::wind && kind != Kind::anchors; }
 };
 
@@ -50,7 +50,7 @@ struct Rate {
 // The scene's forces sorted into those that combine, those that stand alone, and those that are not affine.
 class System {
  public:
-  // Particle i starts at start[i] (empty where no anchor stands at the start). h may be negative. The scene must outlive this.
+  // Particle i starts at start[i], which is empty if no anchor is at the start. h may be negative. The scene must outlive this.
   System(const Scene& scene, std::span<const Vec3> start, double h, const PartContext& elsewhere = {});
 
   [[nodiscard]] bool has_springs() const noexcept { return has_springs_; }
@@ -66,16 +66,16 @@ class System {
   [[nodiscard]] const std::vector<std::size_t>& radial() const noexcept { return radial_; }      // those with kicks stand first
   [[nodiscard]] std::size_t kicks() const noexcept { return kicks_; }
   [[nodiscard]] const std::vector<Source>& sources() const noexcept { return sources_; }
-  // The step that the affine flow takes: half of the whole where springs kick at its middle.
+  // The step that the affine flow takes: half of the whole if springs kick at its middle.
   [[nodiscard]] double flow_step() const noexcept { return kicks_ != 0 ? h_ / 2 : h_; }
 
-  // Stiffness and damping over mass of one force (nothing for one that has neither), of the combined ones, of all.
+  // Stiffness and damping over mass of one force (0 for one that has neither), of the combined ones, of all.
   [[nodiscard]] Rate rate(std::size_t force, std::size_t axis, std::size_t particle) const noexcept;
   [[nodiscard]] Rate combined_rate(std::size_t axis, std::size_t particle) const noexcept;
   [[nodiscard]] Rate total_rate(std::size_t axis, std::size_t particle) const noexcept;
   [[nodiscard]] double common_anchor(std::size_t axis, std::size_t particle) const;
   [[nodiscard]] AxisMotion motion(std::size_t axis, std::size_t particle) const;
-  // The contribution of one spring or drag to a step that is worked out for it alone.
+  // The contribution of one spring or drag to a step, computed for it alone.
   [[nodiscard]] Contribution contribution(std::size_t force, std::size_t axis, std::size_t particle) const;
   // From the common anchor to a spring's own; 0 for a drag.
   [[nodiscard]] double anchor_distance(std::size_t force, std::size_t axis, std::size_t particle) const;

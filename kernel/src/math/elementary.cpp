@@ -4,7 +4,7 @@
 #include <cstddef>
 
 // exp(-x) = 2^n exp(r)      n = round(-x / ln 2),  r = -x - n ln 2,  |r| <= ln(2)/2
-//   r is formed with ln 2 in two parts of which n times the first is exact, so its absolute error, which is the relative error
+//   r is formed with ln 2 in two parts. n times the first is exact, so its absolute error, which is the relative error
 //   of exp, stays below 2^-55. exp(r) - 1 is Taylor's series: its remainder r^15/15! is 1e-19 of r. 2^n is a product of exact
 //   powers of two chosen bit by bit, which needs neither integers nor the layout of a double.
 // sin x, cos x:             n = round(x 2/pi),  r = x - n pi/2,  |r| <= pi/4, then by the quadrant n mod 4

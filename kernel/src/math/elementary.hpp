@@ -5,8 +5,8 @@
 
 #include "math/two_double.hpp"
 
-// exp_negative, expm1_negative and sincos (within its fast range) are straight lines of + - *, compares and selects in a fixed
-// order: a wide body repeats them operation by operation on the constants below and has the same bits in every lane.
+// exp_negative, expm1_negative and sincos (within its fast range) are straight-line code of + - *, compares and selects in a
+// fixed order. A wide body repeats it operation by operation with the constants below, and has the same bits in every lane.
 
 namespace dvdx {
 

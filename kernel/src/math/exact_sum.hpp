@@ -1,5 +1,5 @@
-// Sums of doubles without any rounding, so that they depend neither on the order of the terms nor on how these are split: whole
-// numbers of 2^-1074, the smallest double, in words of 32 bits that have room for 2^31 carries.
+// Sums of doubles without any rounding, so that they depend neither on the order of the terms nor on how these are split. A sum
+// is a whole number of 2^-1074, the smallest double, in words of 32 bits that have room for 2^31 carries.
 #pragma once
 
 #include <algorithm>
@@ -16,7 +16,7 @@ namespace dvdx {
 inline constexpr std::size_t exact_limbs = 66;               // 2098 bits
 inline constexpr std::size_t exact_words = exact_limbs + 1;  // the last counts the terms that are not finite
 
-// Calls add(word, number) for the words that a term falls into; what is added to a word is below 2^33 in size.
+// Calls add(word, number) for the words that a term falls into. Each number is below 2^33 in size.
 template <class Add>
 void for_each_word(double term, const Add& add) noexcept {
   const auto bits = std::bit_cast<std::uint64_t>(term);
@@ -37,7 +37,7 @@ void for_each_word(double term, const Add& add) noexcept {
   if (b >> 32U != 0) add(first + 2, sign * static_cast<std::int64_t>(b >> 32U));
 }
 
-// Every word but the last limb below 2^32 in size; the sum stays what it is.
+// Carries until every limb but the last is below 2^32 in size. The sum stays the same.
 inline void carry(std::span<std::int64_t> limbs) noexcept {
   constexpr std::int64_t base = std::int64_t{1} << 32U;
   for (std::size_t k = 0; k + 1 < limbs.size(); ++k) {
@@ -46,19 +46,19 @@ inline void carry(std::span<std::int64_t> limbs) noexcept {
   }
 }
 
-// Many terms of like size side by side, to be added exactly a few times in all instead of each by itself.
-// Where all |t| < 2^a let u = 2^(a-31), v = 2^(a-62), M = 1.5 2^52 u and N = 1.5 2^52 v. As M's last digit is worth u, p = (M +
-// t) - M is the multiple of u next to t, and t - p is exact; q = (N + (t - p)) - N is the multiple of v next to that. No p is
-// above 2^a and no q above u/2, so that sums of up to 2^22 of either are exact, in any order. The part of a term beyond v goes
-// its own way: only terms below 2^(a-9) have one.
+// Many terms of like size side by side, which are then added exactly a few times in all instead of each by itself.
+// If all |t| < 2^a, let u = 2^(a-31), v = 2^(a-62), M = 1.5 2^52 u and N = 1.5 2^52 v. As M's last digit is worth u,
+// p = (M + t) - M is the multiple of u next to t, and t - p is exact; q = (N + (t - p)) - N is the multiple of v next to that.
+// No p is above 2^a and no q above u/2, so sums of up to 2^22 of either are exact, in any order. The part of a term beyond v
+// is taken by rest(): only terms below 2^(a-9) have one.
 class ExactLanes {
  public:
   static constexpr std::size_t lanes = 16;
 
-  // rest(term) takes what lanes cannot, and must take it exactly.
+  // rest(term) takes the terms and parts that lanes cannot hold, and must take them exactly.
   template <class Rest>
   void add(const std::array<double, lanes>& terms, const Rest& rest) noexcept {
-    // As whole numbers, which sizes of doubles are in the same order as: compilers make lanes of that.
+    // Compares bits as whole numbers, which are in the same order as the doubles' sizes: compilers vectorise that.
     const std::uint64_t below = std::bit_cast<std::uint64_t>(limit_) - 1;
     std::uint64_t any = 0;
     std::uint64_t above = 0;
@@ -87,7 +87,7 @@ class ExactLanes {
 
  private:
   static constexpr std::uint32_t most = (std::uint32_t{1} << 22U) / lanes;
-  static constexpr int largest_exponent = 900;  // beyond, M or v would leave the doubles
+  static constexpr int largest_exponent = 900;  // beyond it M or v would leave the range of double
 
   static std::uint64_t size_bits(double t) noexcept { return std::bit_cast<std::uint64_t>(t) & ~std::uint64_t{0} >> 1U; }
 
@@ -110,7 +110,7 @@ class ExactLanes {
     if (++count_ == most) flush(rest);
   }
 
-  // Some term is not below the limit: that of now, or any.
+  // For terms of which one reaches the present limit. Terms that no limit holds go to rest().
   template <class Rest>
   void add_large(const std::array<double, lanes>& terms, const Rest& rest) noexcept {
     std::array<double, lanes> fit = terms;

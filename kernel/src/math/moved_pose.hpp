@@ -1,12 +1,11 @@
-// Where a rigid motion has carried what follows it, and how fast, at one time.
+// The place and the velocity that a rigid motion gives to points that follow it, at one time.
 #pragma once
 
 #include "math/rotation.hpp"
 
 namespace dvdx {
 
-// A point p is at  center + translation + turn (p - center), and moves by  velocity + angular_velocity x (its way from
-// center + translation).
+// A point p is at center + translation + turn (p - center), and moves by velocity + angular_velocity x turn (p - center).
 struct MovedPose {
   Vec3 center{}, translation{};
   Quaternion turn{};

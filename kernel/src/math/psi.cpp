@@ -12,10 +12,10 @@
 // Forms      b = q/2, d = b^2 - w. The three regimes (oscillating, critical, overdamped) share
 //              psi_1 = exp(-b) sinh(sg)/sg sin(om)/om,   sg = sqrt(max(d,0)), om = sqrt(max(-d,0)), one of them 0,
 //            where exp(-b) sinh(sg)/sg is written exp(near) phi_1(-2 sg), near being the root that decays slower, so that
-//            nothing overflows. psi_2 and psi_3 follow from the recurrence where w is not small against q^2; where it is, the
-//            divided difference of phi_1, phi_2 at the two roots, which are then far apart, is the better conditioned; and for
-//            small arguments Taylor's series is. Selects join the three: every lane may sit in another regime.
-// Time runs backwards with q < 0: the roots change sign and the same forms hold with the growing root as `near`.
+//            nothing overflows. If w is not small against q^2, psi_2 and psi_3 follow from the recurrence. Otherwise the
+//            divided difference of phi_1, phi_2 at the two roots, which are then far apart, is better conditioned; for small
+//            arguments Taylor's series is. Selects join the three, as every lane may be in another regime.
+// Time runs backwards with q < 0: the roots change sign, and the same forms hold with the growing root as `near`.
 
 namespace dvdx {
 namespace {
@@ -61,7 +61,7 @@ Psi psi(double w_any, double q_any) noexcept {
   const double sg = std::sqrt(d > 0 ? d : 0.0);
   const double om = std::sqrt(d < 0 ? -d : 0.0);
 
-  // The two decay rates, the small one without cancellation; oscillating, both are b.
+  // The two decay rates, the small one without cancellation. In the oscillating regime both are b.
   const double large = size + sg;
   const double quotient = w / (large > psi_tiny ? large : psi_tiny);
   const double small = quotient < size ? quotient : size;

@@ -14,12 +14,12 @@ struct Psi {
   double psi0, psi1, psi2, psi3;
 };
 
-// The double-precision form for per-particle coefficients: a straight line of + - * / sqrt, compares and selects around
-// exp_negative and sincos, which a wide body repeats operation by operation. Finite for w >= 0 and q >= -600.
-// 1 - psi0 is more precise as q psi1 + w psi2.
+// The double-precision form for per-particle coefficients: straight-line code of + - * / sqrt, compares and selects around
+// exp_negative and sincos. A wide body repeats it operation by operation. Finite for w >= 0 and q >= -600. 1 - psi0 is more
+// precise as q psi1 + w psi2.
 Psi psi(double w, double q) noexcept;
 
-// psi_k for k = 0 .. psi_max by doubling in two doubles (flow.hpp), correctly rounded but for its last bit.
+// psi_k for k = 0 .. psi_max by doubling in two doubles (two_double_flow.hpp), correctly rounded but for its last bit.
 inline constexpr int psi_max = 9;
 double psi_k(int k, double w, double q) noexcept;
 

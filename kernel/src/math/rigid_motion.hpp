@@ -1,4 +1,4 @@
-// A rigid motion of the world, and what it makes of places, directions and poses.
+// A rigid motion of the world, and its effect on places, directions and poses.
 #pragma once
 
 #include "math/moved_pose.hpp"
@@ -12,7 +12,7 @@ struct RigidMotion {
 
   [[nodiscard]] Vec3 direction(const Vec3& v) const noexcept { return turned(turn, v); }
   [[nodiscard]] Vec3 place(const Vec3& p) const noexcept { return sum(direction(p), translation); }
-  // The same motion of places that are counted from an origin.
+  // The same motion, for places that are counted from an origin.
   [[nodiscard]] RigidMotion from(const Vec3& origin) const noexcept {
     return {turn, sum(translation, difference(direction(origin), origin))};
   }
@@ -23,7 +23,7 @@ struct RigidMotion {
   return {a.turn * b.turn, a.place(b.translation)};
 }
 
-// A pose that carries a point as that one does, and then as the motion does.
+// The pose that carries a point first as `pose` does, and then as `by` does.
 [[nodiscard]] inline MovedPose moved(const RigidMotion& by, MovedPose pose) noexcept {
   pose.translation = by.from(pose.center).place(pose.translation);
   pose.turn = by.turn * pose.turn;

@@ -22,7 +22,7 @@ struct Quaternion {
 
 [[nodiscard]] inline Quaternion conjugate(const Quaternion& q) noexcept { return {q.w, scaled(q.v, -1)}; }
 
-// By a rotation vector: the axis times the angle, rad.
+// The quaternion of a rotation vector: the axis times the angle, rad.
 [[nodiscard]] inline Quaternion quaternion(const Vec3& rotation) noexcept {
   const double angle = length(rotation);
   if (angle == 0) return {};
@@ -30,15 +30,15 @@ struct Quaternion {
   return {cosine, scaled(rotation, sine / angle)};
 }
 
-// x + 2 v x (w x + v x x): what lies on the axis stays to the last bit.
+// x + 2 v x (w x + v x x): a point on the axis stays to the last bit.
 [[nodiscard]] inline Vec3 turned(const Quaternion& q, const Vec3& x) noexcept {
   const Vec3 t = cross(q.v, x);
   const Vec3 u = cross(q.v, t);
   return {x[0] + 2 * (q.w * t[0] + u[0]), x[1] + 2 * (q.w * t[1] + u[1]), x[2] + 2 * (q.w * t[2] + u[2])};
 }
 
-// The angle in 0..pi/2 whose sine and cosine are s and c, s^2 + c^2 = 1 but for rounding. From the first guess, within 0.07
-// rad, each round makes the error's fifth power of it: d = tan(angle - t), angle = t + d - d^3/3 + ...
+// The angle in 0..pi/2 whose sine and cosine are s and c, s^2 + c^2 = 1 but for rounding. The first guess is right to 0.07 rad.
+// Each round takes the error to its fifth power: d = tan(angle - t), angle = t + d - d^3/3 + ...
 [[nodiscard]] inline double angle_of(double s, double c) noexcept {
   double t = s / (s + c) * half_pi[0];
   for (int round = 0; round < 3; ++round) {

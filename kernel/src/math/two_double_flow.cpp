@@ -8,10 +8,11 @@
 // Equation   y'' + q y' + w y = s^(k-2)/(k-2)!, s = 0..1, from y = y' = 0: y(1) = psi_k, y'(1) = psi_{k-1}  (psi.hpp).
 // Solution   scaling and doubling (Higham, Functions of Matrices, 2008, section 10.3, for the exponential): on a step of 2^-m
 //            Taylor's series needs few terms; two equal steps then make one of twice the length, m times. With all numbers
-//            taken at the small step and c = 1 - w psi_2 the free motion of a unit displacement,
+//            taken at the small step and c = 1 - w psi_2, the free motion of a unit displacement:
 //              2   psi_1' = psi_1 (c + psi_0)
 //              2^k psi_k' = c psi_k + psi_1 psi_{k-1} + sum_{i=2..k} psi_i / (k-i)!
-//            the free motion of what the first half left, plus the second half's own force, s^(k-2) expanded about its middle.
+//            Each sums the free motion of what the first half left and the second half's own force, s^(k-2) expanded about its
+//            middle.
 // Why        one formula for oscillating, critical, overdamped, resonant and free motion, with nothing to switch between. Each
 //            doubling doubles the error in phase: 2^-104 has become 2^-54 after 50 of them. Damping only damps the errors.
 // Limits     beyond 2^50 radians the phase of a double has lost its meaning: there psi() serves.
@@ -22,7 +23,7 @@ namespace {
 constexpr double farthest = 0x1p+50;
 constexpr int taylor_terms = 32;  // roots within 0.81: 0.81^32 33/33! < 2^-115
 
-// How often the step is halved until x <= 1/2.
+// The number of times that the step is halved until x <= 1/2.
 int halvings(double x) noexcept {
   int exponent = 0;
   std::frexp(x, &exponent);
@@ -81,7 +82,7 @@ PsiTable doubled(PsiTable psi, TwoDouble w, TwoDouble q, int top) noexcept {
   return twice;
 }
 
-// q > 2^100 leaves only the slow root, -w/q, and of the fast one its strength 1/q.
+// For q > 2^100 only the slow root, -w/q, is left, and the strength 1/q of the fast one.
 PsiTable creeping(TwoDouble w, TwoDouble q, int top) noexcept {
   const PsiTable phi = flow(0.0, w / q, top);
   PsiTable psi;
@@ -90,7 +91,7 @@ PsiTable creeping(TwoDouble w, TwoDouble q, int top) noexcept {
   return psi;
 }
 
-// Upwards the recurrence divides by w, which is large here.
+// Takes the recurrence upwards: it divides by w, which is large here.
 PsiTable ringing(TwoDouble w, TwoDouble q, int top) noexcept {
   const Psi low = dvdx::psi(w.high, q.high);
   PsiTable psi = {low.psi0, low.psi1, low.psi2, low.psi3};
@@ -133,7 +134,7 @@ Forced forced_doubled(const Forced& small, const PsiTable& psi, TwoDouble w, con
           scaled(held * small.position + small.velocity * psi[1], -2)};
 }
 
-// Far beyond double's phases only boundedness is left to keep: the textbook's form.
+// Far beyond double's phases only boundedness can be kept: the textbook's form.
 Forced forced_far(double w, double q, double theta) noexcept {
   const Psi free = psi(w, q);
   const SinCos turn = sincos(theta);

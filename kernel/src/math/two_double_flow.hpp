@@ -12,7 +12,7 @@ namespace dvdx {
 using PsiTable = std::array<TwoDouble, psi_max + 1>;
 PsiTable flow(TwoDouble w, TwoDouble q, int top = 3) noexcept;
 
-// Velocity and position that exp(i theta s), s = 0..1, leaves after a unit of time on an oscillator that was at rest at 0.
+// The velocity and position of an oscillator that was at rest at 0, after a unit of time under exp(i theta s), s = 0..1.
 struct Complex {
   TwoDouble re, im;
 };

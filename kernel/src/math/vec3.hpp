@@ -20,11 +20,11 @@ namespace dvdx {
   return {a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]};
 }
 
-// Squares of what is very long or very short over- or underflow. There a power of two is taken out first, which rounds nothing:
-// the result has the same bits at every scale.
+// Squares of very long or very short vectors over- or underflow. For these a power of two is taken out first, which rounds
+// nothing: the result has the same bits at every scale.
 [[nodiscard]] inline double length(const Vec3& a) noexcept {
   constexpr double large = 0x1p+510;
-  constexpr double small = 0x1p-430;  // whose square, and 2^-53 of it, are normal numbers
+  constexpr double small = 0x1p-430;  // its square, and 2^-53 of that, are normal numbers
   const double largest = std::max({std::abs(a[0]), std::abs(a[1]), std::abs(a[2])});
   double scale = 1;
   if (largest > large) scale = 0x1p-600;
@@ -35,7 +35,7 @@ namespace dvdx {
 
 [[nodiscard]] inline double distance(const Vec3& a, const Vec3& b) noexcept { return length(difference(b, a)); }
 
-// For a vector that is not zero. Divided by its largest component first, so that no length of it over- or underflows.
+// For a vector that is not zero. It is first divided by its largest component, so that its length neither over- nor underflows.
 [[nodiscard]] inline Vec3 unit(const Vec3& a) noexcept {
   const double largest = std::max({std::abs(a[0]), std::abs(a[1]), std::abs(a[2])});
   const Vec3 w{a[0] / largest, a[1] / largest, a[2] / largest};
@@ -43,7 +43,7 @@ namespace dvdx {
   return {w[0] / l, w[1] / l, w[2] / l};
 }
 
-// Two unit vectors across a direction and each other. Across an axis they are the other two, without rounding.
+// Two unit vectors across a direction and each other. For an axis they are the other two axes, without rounding.
 [[nodiscard]] inline std::array<Vec3, 2> across(const Vec3& direction) noexcept {
   const Vec3 t = unit(direction);
   std::size_t least = 0;

@@ -1,4 +1,4 @@
-// Impacts of pairs, as a pass takes them: meet.hpp's find_impact, from lists to lists.
+// Impacts of pairs as a pass takes them: find_impact() of meet.hpp over lists of pairs.
 #pragma once
 
 #include <cstddef>
@@ -11,11 +11,11 @@ namespace dvdx {
 template <class T>
 struct ImpactTerms {
   const MetPairs* pairs = nullptr;
-  const T* wanted = nullptr;  // m: by pairs, the distance that each wants
+  const T* wanted = nullptr;  // m: the distance that each pair wants, by pair number
   MetParticles<T> particles{};
   T h = 0;        // s
   T slowest = 0;  // m/s
-  // The impacts that there are, in lanes: n, f where the gap stands, the speed where the normal pulse does; and their pairs.
+  // The impacts found, in lanes: n in `n`, f in `gap`, the speed in `normal`. pair_of: the pair number of each.
   Separations<T>* found = nullptr;
   std::uint32_t* pair_of = nullptr;
 };

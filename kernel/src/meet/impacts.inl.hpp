@@ -24,7 +24,7 @@ template <class V>
   return select(square > zero, along, Three<V>{{one, zero, zero}});
 }
 
-// As first_touch() of meet.inl.hpp, of pairs that are farther apart than d.
+// As first_touch() of meet.inl.hpp, for pairs that are farther apart than d.
 template <class V>
 [[gnu::always_inline]] inline V first_touch(const Three<V>& q, const Three<V>& D, V d) noexcept {
   const V zero(Scalar<V>(0)), one(Scalar<V>(1)), never(Scalar<V>(2));

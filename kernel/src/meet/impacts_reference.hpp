@@ -6,7 +6,7 @@
 
 namespace dvdx::reference {
 
-// The impacts of some pairs, from the number `at` on; where they end.
+// Writes the impacts of the given pairs from number `at` on. Returns the end of those written.
 template <class T>
 std::size_t find_impacts(const ImpactTerms<T>& terms, const std::uint32_t* pairs, std::size_t count, std::size_t at) noexcept {
   for (std::size_t k = 0; k < count; ++k) {
@@ -19,8 +19,8 @@ std::size_t find_impacts(const ImpactTerms<T>& terms, const std::uint32_t* pairs
   return at;
 }
 
-// The pairs from `from` to `to` of which an impact of this round was the last to hit one. How many; most_chosen more may be
-// written.
+// Writes those of the pairs from `from` to `to` with a particle that was hit in this round, and with none hit in a later one.
+// Returns their number. Up to most_chosen more may be written.
 template <class T>
 std::size_t find_hit(const ImpactTerms<T>& terms, std::size_t from, std::size_t to, T round, std::uint32_t* pairs) noexcept {
   std::size_t count = 0;

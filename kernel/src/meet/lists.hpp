@@ -1,4 +1,4 @@
-// Lists of pairs within reach: cells on a torus, and every pair once. When they are made anew: meet/meet_step.hpp.
+// Lists of pairs within reach, found by cells on a torus. Each pair is listed once. meet/meet_step.hpp decides when to rebuild.
 #pragma once
 
 #include <array>
@@ -10,20 +10,21 @@
 #include "meet/meet.hpp"
 #include "meet/near.hpp"
 
-// Cells    All have one side. They are numbered on a torus, a power of two along each axis: bounded memory in an unbounded
-//          world, no hash, and the 27 cells about one are distinct. A counting sort brings particles of a cell together: tasks
-//          deal them to slabs of cells, and others sort a slab each. Counts of cells by task would be far more memory.
-// Pairs    i < j where |x_i - x_j| < a_i + a_j + reach, a: the radius of a particle with its allowance. Those with a larger a
-//          than the cells are made for look through more of them.
-// Order    By i, then by j: each particle finds its partners with higher numbers, and these few are sorted.
+// Cells    All cells have the same side. They are numbered on a torus, a power of two along each axis: memory is bounded in an
+//          unbounded world, there is no hash, and the 27 cells about one are distinct. A counting sort brings the particles of
+//          a cell together: tasks deal particles to slabs of cells, then each task sorts a slab. Counts of cells for each task
+//          would take far more memory.
+// Pairs    i < j where |x_i - x_j| < a_i + a_j + reach, a: a particle's radius plus its allowance. A particle with a larger a
+//          than the cells are made for searches more cells.
+// Order    By i, then by j. Each particle finds its partners with higher numbers; these few are then sorted.
 
 namespace dvdx {
 
-// Slabs are runs of cells: at most as many as the fewest cells that there are, and one of all where a task deals them.
+// Slabs are runs of cells: most_slabs of them, which is the fewest cells that a grid has, or one if a single task deals.
 inline constexpr std::uint32_t most_slab_bits = 6, most_slabs = 1U << most_slab_bits;
 inline constexpr std::size_t rows_of_deal = 4;
 
-// The rule by which no pair is left out.
+// Accepts every pair.
 struct AllPairs {
   constexpr bool operator()(std::uint32_t, std::uint32_t) const noexcept { return true; }
 };
@@ -32,29 +33,29 @@ template <class T>
 class PairLists {
  public:
   PairLists() = default;
-  // spare: numbers that there shall be room for between builds.
+  // spare: the least size of spare().
   PairLists(std::size_t particles, std::size_t pairs, std::size_t spare = 0);
 
-  // From the next build on, of so many: at most those that there is room for.
+  // Sets the number of particles from the next build on: at most that of the constructor.
   void be_of(std::size_t particles) noexcept { particles_ = particles; }
 
   enum class Found { all, too_many };
-  // a[i] < 0: not in any pair; nor is what has no finite place. accepts(i, j), i < j: whether they ever meet. ordinary: the
-  // largest a that cells are made for. near: an instruction set's. run(count, body): body(task) of each task below count, on
-  // any threads.
+  // a[i] < 0: the particle is in no pair; neither is one without a finite position. accepts(i, j), i < j: whether the two ever
+  // meet. ordinary: the largest a that cells are made for. near: the passes of an instruction set. run(count, body): calls
+  // body(task) for each task below count, on any threads.
   template <class Accepts, class Run>
   Found build(const MetListed<T>* listed, const T* a, T ordinary, T reach, const Accepts& accepts, const NearKernels<T>& near,
               const Run& run) noexcept;
 
-  // Those of particle i with higher numbers.
+  // The partners of particle i with higher numbers.
   [[nodiscard]] const std::uint32_t* begin(std::size_t i) const noexcept { return partners_.data() + first_[i]; }
   [[nodiscard]] const std::uint32_t* end(std::size_t i) const noexcept { return partners_.data() + first_[i + 1]; }
   [[nodiscard]] std::size_t first(std::size_t i) const noexcept { return first_[i]; }
-  // By places: the pairs' particles, the one with the lower number first.
+  // By place in the lists: owners have the lower number of a pair, partners the higher one.
   [[nodiscard]] const std::uint32_t* owners() const noexcept { return owners_.data(); }
   [[nodiscard]] const std::uint32_t* partners() const noexcept { return partners_.data(); }
   [[nodiscard]] std::size_t room() const noexcept { return partners_.size(); }
-  // The next build() writes over it.
+  // Memory for the caller between builds; build() overwrites it.
   [[nodiscard]] std::span<std::uint32_t> spare() noexcept { return found_; }
   [[nodiscard]] std::size_t bytes() const noexcept {
     return 4 * (first_.size() + count_.size() + 2 * partners_.size() + starts_.size() + cell_.size() + number_.size() +
@@ -64,28 +65,28 @@ class PairLists {
   }
 
  private:
-  // How many of some particles that follow each other are in each slab; then where the next one goes.
+  // By slab, for a run of particles: first their number, then the place of the next one.
   using Row = std::array<std::uint32_t, most_slabs>;
   using Deal = std::array<Row, rows_of_deal>;
   using Pair2 = std::array<std::uint32_t, 2>;
 
-  // A task finds numbers, from the front on, and pairs of those that look far, from the back on.
+  // A task's part of found_: partners' numbers grow from the front, pairs of particles that look far from the back.
   struct Region {
     std::size_t first = 0, end = 0;
     std::size_t room = 0;    // pairs
     std::size_t used = 0;    // numbers
     std::size_t far = 0;     // pairs
-    std::size_t listed = 0;  // of the particles with these numbers, not places
+    std::size_t listed = 0;  // partners of the particles with the task's numbers, not places
     [[nodiscard]] std::size_t count() const noexcept { return used + far; }
     [[nodiscard]] bool is_over() const noexcept { return count() > room; }
   };
   template <class Accepts>
   class Search;
 
-  // About some particles.
+  // Bounds some particles.
   struct Box {
     Point<T> low, high;
-    T widest = 0;            // a of those that look no farther than most
+    T widest = 0;            // the largest a of particles that do not look far
     bool looks_far = false;  // some particle
     [[nodiscard]] static Box nothing() noexcept;
     void add(const Box& other) noexcept;
@@ -115,12 +116,12 @@ class PairLists {
   std::size_t particles_ = 0;
   CellGrid grid_{};
   std::uint32_t cells_ = 0;
-  std::uint32_t slabs_ = 1, slab_shift_ = 0;  // a cell's number without so many bits is its slab's
+  std::uint32_t slabs_ = 1, slab_shift_ = 0;  // cell >> slab_shift_ is a cell's slab
   double per_side_ = 0;
   bool looks_far_ = false;  // some particle
   std::vector<std::uint32_t> first_{}, owners_{}, partners_{};
   std::vector<std::uint32_t> starts_{}, cell_{};
-  std::vector<std::uint32_t> number_{};              // as sorted, and
+  std::vector<std::uint32_t> number_{};              // by place, sorted by cells
   std::vector<T> x_{}, y_{}, z_{}, a_{};             // likewise
   std::vector<std::uint32_t> found_at_{}, count_{};  // by particle
   std::vector<std::uint32_t> found_{};

@@ -1,4 +1,4 @@
-// The body of PairLists: the rule by which pairs are left out is the caller's.
+// The definitions of PairLists. The caller gives the rule by which pairs are left out.
 #pragma once
 
 #include <algorithm>
@@ -14,12 +14,12 @@
 namespace dvdx {
 
 inline constexpr std::uint32_t fewest_cell_bits = 2;  // along an axis
-inline constexpr double farthest_cell = 1e15;         // beyond it a number of a cell is no whole number any more
+inline constexpr double farthest_cell = 1e15;         // beyond it double does not resolve single cells
 inline constexpr std::uint32_t cells_per_particle = 4;
-inline constexpr std::size_t listed_at_once = 512;  // by a task: a fixed number
+inline constexpr std::size_t listed_at_once = 512;  // by a task: fixed, so that nothing depends on threads
 inline constexpr std::size_t dealt_at_once = 2048;  // likewise, to slabs
 constexpr std::size_t tasks_of_deals(std::size_t particles) noexcept { return (particles + dealt_at_once - 1) / dealt_at_once; }
-// A task's rows are as long as each other, the last one by up to three longer.
+// A task's rows are equally long, except that the last one may be longer by up to three.
 constexpr std::size_t first_of_row(std::size_t from, std::size_t to, std::size_t row) noexcept {
   return from + row * ((to - from) / rows_of_deal);
 }
@@ -93,8 +93,8 @@ auto PairLists<T>::box_of(const MetListed<T>* listed, const T* a, T ordinary, st
   return box;
 }
 
-// Cells as small as the particles allow that look no farther, and along an axis as many as the particles' box is long, within
-// the memory that there is.
+// Makes cells as small as the particles that do not look far allow. Along each axis there are as many cells as the particles'
+// box is long, within the available memory.
 template <class T>
 void PairLists<T>::shape(const Box& box, T ordinary, T reach) noexcept {
   const auto& [low, high, widest, looks_far] = box;
@@ -120,10 +120,10 @@ void PairLists<T>::shape(const Box& box, T ordinary, T reach) noexcept {
   slab_shift_ = all - slab_bits;
 }
 
-// The cell of each particle that has a place, and how many of these are in each slab.
+// Finds the cell of each particle with a finite position, and counts the particles of each slab.
 template <class T>
 void PairLists<T>::find_cells(const MetListed<T>* listed, const T* a, std::size_t from, std::size_t to, Row& row) noexcept {
-  constexpr double offset = 0x1p31;  // cells: a whole number of tori, with which none is negative; it costs 2^-22 of one
+  constexpr double offset = 0x1p31;  // cells: a multiple of each torus, so that no index is negative; it costs 2^-22 of a cell
   row.fill(0);
   for (std::size_t i = from; i < to; ++i) {
     count_[i] = 0;
@@ -137,7 +137,7 @@ void PairLists<T>::find_cells(const MetListed<T>* listed, const T* a, std::size_
   }
 }
 
-// The same far from the origin.
+// The cell of a particle far from the origin.
 template <class T>
 std::uint32_t PairLists<T>::far_cell(const Point<T>& x) const noexcept {
   const bool is_there = std::abs(double{x[0]} * per_side_) < farthest_cell &&
@@ -148,7 +148,7 @@ std::uint32_t PairLists<T>::far_cell(const Point<T>& x) const noexcept {
   return grid_.number_of(cell[0], cell[1], cell[2]);
 }
 
-// Where each row's particles go in each slab.
+// Finds where each row's particles begin in each slab.
 template <class T>
 void PairLists<T>::number_slabs() noexcept {
   const std::span<Deal> deals = std::span(deals_).first(tasks_of_deals(particles_));
@@ -171,8 +171,8 @@ void PairLists<T>::number_slabs() noexcept {
   }
 }
 
-// Slab by slab, by number: first_ is not needed yet, and holds the numbers. All rows at once, as a particle's place waits for
-// the one before in its row.
+// Puts particles into their slabs, by number. first_ is not needed yet and holds the numbers. The rows take turns, as a
+// particle's place waits for the one before it in its row.
 template <class T>
 void PairLists<T>::deal(std::size_t from, std::size_t to, Deal& next) noexcept {
   const auto put = [&](Row& row, std::size_t i) {
@@ -185,8 +185,8 @@ void PairLists<T>::deal(std::size_t from, std::size_t to, Deal& next) noexcept {
   for (std::size_t i = from + rows_of_deal * each; i < to; ++i) put(next.back(), i);
 }
 
-// A slab's particles by cells, and by number in each. While places are dealt out, from the last particle on, starts_[c] goes
-// from where cell c ends to where it begins.
+// Sorts a slab's particles by cell, and by number within a cell. Places are dealt out from the last particle on; meanwhile
+// starts_[c] moves from the end of cell c to its beginning.
 template <class T>
 void PairLists<T>::sort(std::size_t slab) noexcept {
   std::uint32_t* const starts = starts_.data();
@@ -199,7 +199,7 @@ void PairLists<T>::sort(std::size_t slab) noexcept {
   for (std::uint32_t p = end; p-- > first;) number_[--starts[cell_[first_[p]]]] = first_[p];
 }
 
-// Those that look far are near nobody for the others.
+// Copies positions in sorted order. Particles that look far get x = NaN, so that the ordinary search finds them near nobody.
 template <class T>
 void PairLists<T>::place(const MetListed<T>* listed, const T* a, T ordinary, std::size_t from, std::size_t to) noexcept {
   for (std::size_t s = from; s < to; ++s) {
@@ -211,7 +211,7 @@ void PairLists<T>::place(const MetListed<T>* listed, const T* a, T ordinary, std
   }
 }
 
-// The partners of particles by places, in a region's room.
+// Finds the partners of the particles at some places, in a region's room.
 template <class T>
 template <class Accepts>
 class PairLists<T>::Search {
@@ -239,7 +239,7 @@ class PairLists<T>::Search {
                .first = lists.found_at_.data(),
                .count = lists.count_.data()} {}
 
-  // Until it has found more than there is room for.
+  // Stops when it has found more than there is room for.
   void look(std::size_t from, std::size_t to) noexcept {
     region_.used = region_.far = 0;
     for (std::size_t s = from; s < to && !region_.is_over();) {
@@ -258,7 +258,7 @@ class PairLists<T>::Search {
   }
 
  private:
-  // Those of what has been found that are accepted.
+  // Keeps the found pairs that are accepted.
   void keep(std::size_t from, const Looked& looked) noexcept {
     std::size_t used = region_.first + region_.used;
     if constexpr (std::is_same_v<Accepts, AllPairs>) {
@@ -279,7 +279,7 @@ class PairLists<T>::Search {
     }
     region_.used = used - region_.first;
   }
-  // With more candidates than there is room for: each is asked at once whether it is accepted.
+  // For a particle with more candidates than there is room for: each pair is stored only if it is accepted.
   void look_one(std::size_t s) noexcept {
     const std::uint32_t i = of_.number_[s];
     of_.found_at_[i] = static_cast<std::uint32_t>(region_.first + region_.used);
@@ -300,7 +300,7 @@ class PairLists<T>::Search {
     of_.found_[region_.end - 2 * region_.far] = pair[0];
     of_.found_[region_.end - 2 * region_.far + 1] = pair[1];
   }
-  // Particles that are larger, or go farther, look at all that are not larger still.
+  // A particle that is larger, or goes farther, tests all with a smaller a, or an equal one and a lower number: each pair once.
   void look_far(std::size_t s) noexcept {
     const std::vector<std::uint32_t>& starts = of_.starts_;
     const std::uint32_t all = starts[of_.cells_];
@@ -338,7 +338,7 @@ class PairLists<T>::Search {
   NearTerms<T> terms_;
 };
 
-// By numbers: how many partners each particle has, and all of a task's.
+// Counts the partners of each particle, by number, and those of each task.
 template <class T>
 void PairLists<T>::count(std::size_t task, std::size_t from, std::size_t to) noexcept {
   std::uint32_t listed = 0;
@@ -346,7 +346,7 @@ void PairLists<T>::count(std::size_t task, std::size_t from, std::size_t to) noe
   regions_[task].listed = listed;
 }
 
-// Where each task's partners begin.
+// Finds where each task's partners begin.
 template <class T>
 void PairLists<T>::number_tasks() noexcept {
   if (looks_far_) {
@@ -363,14 +363,14 @@ void PairLists<T>::number_tasks() noexcept {
   }
 }
 
-// Where each particle's do. Where the first one's and the next task's do is known, and is read by the task before.
+// Finds where each particle's partners begin. first_[from] is known already and is not written: the task before reads it.
 template <class T>
 void PairLists<T>::number(std::size_t from, std::size_t to) noexcept {
   std::uint32_t before = first_[from];
   for (std::size_t i = from + 1; i < to; ++i) first_[i] = before += first_[i];
 }
 
-// Among the others, which are in order.
+// Inserts the pairs of particles that look far into the lists, which are in order.
 template <class T>
 void PairLists<T>::add_far() noexcept {
   for_each_far([&](std::uint32_t i, std::uint32_t j) {
@@ -405,7 +405,7 @@ auto PairLists<T>::build(const MetListed<T>* listed, const T* a, T ordinary, T r
   run(slabs_, [&](std::size_t slab) { sort(slab); });
   const std::size_t placed = starts_[cells_];
   over(placed, [&](std::size_t, std::size_t from, std::size_t to) { place(listed, a, ordinary, from, to); });
-  // By tasks, each in its part of the room; where one finds more, all in one.
+  // Each task searches in its own part of the room. If one runs out, one search takes all of the room.
   const std::size_t pairs = partners_.size();
   std::fill(regions_.begin(), regions_.end(), Region{});
   over(placed, [&](std::size_t task, std::size_t from, std::size_t to) {

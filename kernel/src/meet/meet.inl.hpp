@@ -1,4 +1,4 @@
-// The bodies of what meet.hpp declares.
+// The definitions of the functions that meet.hpp declares.
 #pragma once
 
 #include <algorithm>
@@ -7,7 +7,7 @@
 namespace dvdx {
 namespace met_pairs {
 
-// The start and the end of a particle's way, as impacts have changed them.
+// The start, the end and the velocity of a particle's path, as impacts have changed them.
 template <class T>
 struct Path {
   Point<T> from, to, v;
@@ -27,7 +27,7 @@ Point<T> across(const Point<T>& a, const Point<T>& n) noexcept {
   return minus(a, times(inner(a, n), n));
 }
 
-// Two particles in one place have no direction of their own.
+// Two particles in one place have no direction; the x axis stands in.
 template <class T>
 Point<T> direction(const Point<T>& q) noexcept {
   const T square = inner(q, q);
@@ -35,7 +35,7 @@ Point<T> direction(const Point<T>& q) noexcept {
   return times(1 / std::sqrt(square), q);
 }
 
-// The first f of [0, 1) at which |q + f D| = d, of a pair farther apart that comes nearer; else 2.
+// The first f of [0, 1) at which |q + f D| = d, for a pair that is farther apart and comes nearer; otherwise 2.
 template <class T>
 T first_touch(const Point<T>& q, const Point<T>& D, T d) noexcept {
   const T a = inner(D, D);

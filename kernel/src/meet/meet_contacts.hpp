@@ -39,14 +39,14 @@ class MeetContacts {
  private:
   using Task = typename MeetSubstep<T>::Task;
 
-  // Whether far pairs take part. None of them acts before pushes are as long as its gap, so that no bit depends on it.
+  // Whether far pairs take part. None of them acts before pushes are as long as its gap, so no bit depends on it.
   enum class Far { left, taken };
   [[nodiscard]] bool reaches_far() const noexcept {
-    const double most = 2.001 * double{longest_};  // of both, and more than roundings
+    const double most = 2.001 * double{longest_};  // a push on both sides, and a margin above rounding
     return std::any_of(room_.tasks.begin(), room_.tasks.end(), [&](const Task& task) { return task.least_far <= most; });
   }
 
-  // From the pulses of the sub-step before.
+  // Begins all contacts with the pulses of the sub-step before.
   void begin() noexcept {
     if (of_.parting != 0) see_who_parts();
     const T ratio = room_.is_kept ? of_.h / room_.kept_h : T(0);
@@ -69,7 +69,7 @@ class MeetContacts {
       for (; wall % meeting_lanes != 0; ++wall) leave_out_wall(wall, number);
     });
   }
-  // A birth parts until no other is deeper in it than pairs part by in a sub-step.
+  // A birth keeps parting until it overlaps no other by more than a pair parts in a sub-step.
   void see_who_parts() noexcept {
     const auto is_deep = [&](const MetPair& pair) {
       const Point<T> apart = minus(room_.start[pair.i].x, room_.start[pair.j].x);
@@ -89,7 +89,7 @@ class MeetContacts {
       room_.wanted[p] = of_.parted(room_.wanted[p], minus(room_.start[pair.i].x, room_.start[pair.j].x));
     });
   }
-  // use(number): a task's pairs, by i, then by j.
+  // use(number) for a task's pairs, by i, then by j.
   template <class Use>
   void over_pairs(const Task& task, const Use& use) const noexcept {
     for (std::uint32_t k = task.first; k < task.first + task.near; ++k) use(room_.ordered[k] & ~pair_is_far);
@@ -135,7 +135,7 @@ class MeetContacts {
     room_.wall_mu[number] = mu;
   }
 
-  // Particles that have as many pulses stand side by side, those that have most first; those that have none get nothing.
+  // Puts particles with equally many pulses side by side, those with the most first. Particles without pulses get no push.
   void deal_out() noexcept {
     of_.over_tasks([&](Task& task, std::size_t from, std::size_t end) {
       task.summed = task.most_summed = 0;
@@ -156,7 +156,7 @@ class MeetContacts {
     of_.over_numbered_tasks(
         [&](std::size_t number, Task& task, std::size_t from, std::size_t end) { deal_out(number, task, from, end); });
   }
-  // use(its place): each pulse of a particle that is summed: of partners in the order of their numbers, then of surfaces.
+  // use(place) for each pulse that a particle sums: those of partners in the order of their numbers, then those of surfaces.
   template <class Use>
   void over_pulses(std::size_t i, const Use& use) const noexcept {
     const std::uint32_t left = far_ == Far::left ? pair_is_far : 0U;
@@ -170,7 +170,7 @@ class MeetContacts {
   }
   void deal_out(std::size_t number, Task& task, std::size_t from, std::size_t end) noexcept {
     std::uint32_t* const summed = room_.summed.data() + from;
-    // Where those begin that have so many fewer than the most.
+    // begins[d]: the place of the first particle with d pulses fewer than the most.
     std::array<std::uint16_t, 2 + most_pulses> begins{};
     for (std::size_t i = from; i < end; ++i) ++begins[task.most_summed - room_.counts[i] + 1];
     for (std::size_t k = 1; k <= task.most_summed; ++k) begins[k] = static_cast<std::uint16_t>(begins[k] + begins[k - 1]);
@@ -221,7 +221,7 @@ class MeetContacts {
       of_.kernels.push(of_walls, task.first_wall, task.first_wall + task.walls);
     });
   }
-  // How far pulses move each particle.
+  // Sums the pulses of each particle into its push.
   void sum_pulses() noexcept {
     const SumTerms<T> terms{.slices = room_.slices.data(),
                             .particles = room_.summed.data(),
@@ -276,7 +276,7 @@ class MeetContacts {
   const MeetSubstep<T>& of_;
   MeetRoom<T>& room_;
   Far far_ = Far::left;
-  T longest_ = 0;  // m: of all pushes of the sub-step
+  T longest_ = 0;  // m: the longest push of the sub-step
 };
 
 }  // namespace dvdx

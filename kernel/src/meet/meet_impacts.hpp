@@ -48,7 +48,7 @@ class MeetImpacts {
   [[nodiscard]] Impact<T> impact(std::uint32_t k) const noexcept { return impact_at(room_.separations.data(), k); }
   [[nodiscard]] MetPair pair_of(std::uint32_t k) const noexcept { return room_.pair(room_.pair_of_impact()[k]); }
 
-  // The one that meets first, of these the fastest, and of these that with the lower number.
+  // Order of impacts: the one that meets first, then the faster, then the one with the lower number.
   static bool comes_before(const Impact<T>& a, const Impact<T>& b) noexcept {
     if (a.f != b.f) return a.f < b.f;
     return a.speed > b.speed;
@@ -68,7 +68,7 @@ class MeetImpacts {
     for (const Task& task : room_.tasks) over_impacts_of(task, use);
   }
 
-  // Whether there is any.
+  // Finds the impacts of this round. Returns true if there are any.
   bool find() noexcept {
     const ImpactTerms<T> terms{.pairs = room_.pairs.data(),
                                .wanted = room_.wanted.data(),
@@ -85,7 +85,7 @@ class MeetImpacts {
     return std::any_of(room_.tasks.begin(), room_.tasks.end(),
                        [](const Task& task) { return task.impacts != 0 || task.hits_walls; });
   }
-  // Those of particles that were hit in the round before are looked for again. The others are as they were.
+  // Searches pairs again if one of their particles was hit in the round before. The other impacts stay as they were.
   void find_pairs(const ImpactTerms<T>& terms, Task& task, std::uint32_t* candidates) noexcept {
     std::uint32_t end = task.first;
     if (round_ > 0) {
@@ -116,7 +116,7 @@ class MeetImpacts {
       task.hits_walls = true;
     }
   }
-  // Each particle's first among its pairs.
+  // Finds the first impact of each particle among its pairs.
   void name() noexcept {
     over_impacts([&](const MetPair& pair, std::uint32_t k) {
       for (const std::uint32_t i : {pair.i, pair.j}) {
@@ -125,7 +125,7 @@ class MeetImpacts {
       }
     });
   }
-  // A wall is named where it comes before all pairs.
+  // A particle names a wall if the wall's impact comes before those of all its pairs.
   [[nodiscard]] bool names_wall(std::size_t i) const noexcept {
     if (of_.walls_of(i) == 0 || room_.hit_wall[i] == no_wall) return false;
     const std::uint32_t best = room_.best[i];
@@ -138,7 +138,7 @@ class MeetImpacts {
     if (names_wall(i)) return of_.wall(i, room_.hit_wall[i]).impact.f;
     return room_.best[i] != no_partner ? impact(room_.best[i]).f : T(2);
   }
-  // Whether a particle near this one is hit before, which may come in between.
+  // Returns true if a particle near this one is hit before f, and so may come in between.
   [[nodiscard]] bool waits(std::size_t i, T f) const noexcept {
     if (round_ >= rounds_in_order_) return false;
     bool waits = false;
@@ -168,7 +168,7 @@ class MeetImpacts {
 
   const MeetSubstep<T>& of_;
   MeetRoom<T>& room_;
-  int rounds_in_order_;  // before those in which none waits; without restitution there is no energy to keep
+  int rounds_in_order_;  // rounds in which impacts wait; 0 without restitution, where there is no energy to keep
   int round_ = 0;
 };
 

@@ -1,4 +1,4 @@
-// Which pairs may meet in a sub-step, and which surfaces: both depend on this sub-step alone.
+// The pairs and surfaces that may meet in a sub-step. Both depend on this sub-step alone.
 #pragma once
 
 #include <algorithm>
@@ -17,12 +17,12 @@ class MeetNear {
   explicit MeetNear(const MeetSubstep<T>& of) noexcept : of_(of), room_(of.room) {}
 
   enum class Found { all, too_many };
-  // From the lists: the room's pairs, and where each particle finds its own.
+  // Fills the room's pairs from the lists, and the places of each particle's pairs.
   Found find() noexcept {
     find_pairs();
     const bool have_room = number_tasks();
     room_.most = 0;
-    if (room_.pair_count == 0 && of_.rules.are_balls_alike()) return Found::all;  // surfaces have kept off what they do
+    if (room_.pair_count == 0 && of_.rules.are_balls_alike()) return Found::all;  // the flows keep equal particles off surfaces
     count_pairs();
     for (const Task& task : room_.tasks) room_.most = std::max<std::size_t>(room_.most, task.most);
     if (!have_room || room_.most > static_cast<std::size_t>(of_.rules.meet().most_neighbours)) {
@@ -61,7 +61,7 @@ class MeetNear {
       });
     });
   }
-  // Each task's close pairs begin a block, and so do its far ones.
+  // Numbers the pairs: each task's close pairs begin a block, and so do its far ones.
   bool number_tasks() noexcept {
     std::size_t first = 0;
     room_.pair_count = 0;
@@ -72,9 +72,9 @@ class MeetNear {
       first += MeetRoom<T>::whole_lanes(task.near - task.close);
       room_.pair_count += task.near;
     }
-    return first <= room_.wanted.size();  // it is more where a particle has too many
+    return first <= room_.wanted.size();  // false only if a particle has too many
   }
-  // use(k, i, j): the near pairs of a task, as the pass gives them.
+  // use(k, i, j) for the near pairs of a task, as the pass gives them.
   template <class Use>
   void over_near(std::size_t task, const Use& use) const noexcept {
     const std::size_t place = room_.lists.first(task * particles_per_meeting_task);
@@ -82,7 +82,7 @@ class MeetNear {
     const std::uint32_t* const j = room_.near_j() + place;
     for (std::uint32_t k = 0; k < room_.tasks[task].near; ++k) use(k, i[k], j[k]);
   }
-  // Until places are dealt out, first_lower[j + 2] is in how many pairs j is the higher one.
+  // Until find_lower() deals out places, first_lower[j + 2] is the number of pairs in which j is the higher one.
   void count_pairs() noexcept {
     std::fill_n(room_.first_lower.begin(), room_.particles + 2, 0U);
     for (std::size_t task = 0; task < room_.tasks.size(); ++task) {
@@ -121,7 +121,7 @@ class MeetNear {
       }
     });
   }
-  // While places are dealt out, first_lower[j + 1] goes from where those of j begin to where they end.
+  // While places are dealt out, first_lower[j + 1] moves from the beginning of j's pairs to their end.
   void find_lower() noexcept {
     std::uint32_t before = 0;
     for (std::size_t j = 0; j < room_.particles; ++j) room_.first_lower[j + 2] = before += room_.first_lower[j + 2];
@@ -146,7 +146,7 @@ class MeetNear {
     });
   }
 
-  // Surfaces near a particle that something may push, and those that flows have not kept it off.
+  // Finds the surfaces near a particle if pairs may push it, or if its radius is more than flows keep it off by.
   void find_walls(std::size_t i, bool has_pairs) noexcept {
     room_.wall_count[i] = 0;
     const T more = of_.rules.off_surfaces(i);
@@ -170,7 +170,7 @@ class MeetNear {
       keep(i, found);
     }
   }
-  // The deepest ones, in the order of the surfaces.
+  // Keeps the deepest surfaces, in the order of the surfaces.
   void keep(std::size_t i, const MetWall<T>& found) noexcept {
     std::size_t count = room_.wall_count[i];
     if (count == room_.walls_each) {

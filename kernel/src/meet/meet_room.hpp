@@ -1,4 +1,4 @@
-// Room for particles that meet while a state is stepped.
+// Memory for particles that meet while a state is stepped.
 #pragma once
 
 #include <algorithm>
@@ -21,14 +21,14 @@ namespace dvdx {
 inline constexpr std::size_t particles_per_meeting_task = 1024;
 inline constexpr std::size_t slices_per_meeting_task = particles_per_meeting_task / meeting_lanes;
 
-// A particle, as the part of a larger scene that steps it tells it to the others at the end of a sub-step.
+// A particle as its part sends it to the other parts of a larger scene at the end of a sub-step.
 template <class T>
 struct SharedParticle {
   Point<T> start{}, end{}, velocity{};  // m, m, m/s
   T w = 0;                              // 1/kg
 };
 
-// All by particles' numbers.
+// Arrays of particles are indexed by the particle's number.
 template <class T>
 struct MeetRoom {
   MeetRoom() = default;
@@ -93,13 +93,13 @@ struct MeetRoom {
     pairs[p / meeting_lanes].i[p % meeting_lanes] = pair.i;
     pairs[p / meeting_lanes].j[p % meeting_lanes] = pair.j;
   }
-  // Beside the pulses of pairs: as the particle with the higher number takes them, those of surfaces, and one of nothing.
+  // `pulses` holds, after those of pairs: their opposites for the higher-numbered particles, those of surfaces, and a zero.
   [[nodiscard]] Pulse<T>* against() noexcept { return pulses.data() + wanted.size(); }
   [[nodiscard]] Pulse<T>& wall_pulse(std::size_t wall) noexcept { return pulses[2 * wanted.size() + wall]; }
   [[nodiscard]] std::size_t no_pulse() const noexcept { return pulses.size() - 1; }
-  // Who is pushed by it.
+  // The entry of `pushed` for lanes without a particle, and for the surface of a wall: it stays zero.
   [[nodiscard]] std::size_t nobody(std::size_t task) const noexcept { return start.size() + task; }
-  // use(pair, pulse), by i, then by j: near ones of the last sub-step.
+  // use(pair, pulse) for the near pairs of the last sub-step, by i, then by j.
   template <class Use>
   void for_each_pair(const Use& use) const {
     for (const MeetTask& task : tasks) {
@@ -107,7 +107,7 @@ struct MeetRoom {
       for (std::uint32_t k = task.kept_first; k < end_of_kept; ++k) use(kept_pairs[k], kept_pulses[k]);
     }
   }
-  // use(i, j, pulse): those of them from which the next sub-step goes on.
+  // use(i, j, pulse) for the pulses that the next sub-step begins with.
   template <class Use>
   void for_each_kept(const Use& use) const {
     if (!is_kept) return;
@@ -115,7 +115,7 @@ struct MeetRoom {
       if (pulse.number > 0) use(std::size_t{pair.i}, pair.j, pulse);
     });
   }
-  // Pairs come by i, then by j, and take no more than their room.
+  // Prepares for keep(). Pairs must come by i, then by j, no more than there is room for.
   void begin_keeping() noexcept {
     pair_count = 0;
     for (MeetTask& task : tasks) task.kept_first = task.kept = 0;
@@ -128,8 +128,8 @@ struct MeetRoom {
     kept_pairs[pair_count] = of;
     kept_pulses[pair_count++] = pulse;
   }
-  // From the next sub-step on there are so many particles, at most those that there is room for: new ones have the highest
-  // numbers. Where some have gone by no renumber(), what is kept of pairs may be others' by now.
+  // Sets the number of particles from the next sub-step on, at most that of the constructor. New ones have the highest numbers.
+  // If particles went without renumber(), kept pulses may belong to others, so a lower count drops them.
   void be_of(std::size_t count) noexcept {
     if (count == particles) return;
     if (count < particles) {
@@ -138,13 +138,13 @@ struct MeetRoom {
     }
     resize(count);
   }
-  // The next sub-step is of another state.
+  // Drops what is kept: the next sub-step is of another state.
   void forget() noexcept {
     is_kept = false;
     std::fill(parts.begin(), parts.end(), std::uint8_t{1});
   }
-  // after[i]: the number that particle i has from now on, which ascends with i, or no_partner if it has gone. `count` are left,
-  // with what is kept of them.
+  // after[i]: the new number of particle i, which ascends with i, or no_partner if it has gone. `count` particles are left, and
+  // all that is kept of them.
   void renumber(std::span<const std::uint32_t> after, std::size_t count) noexcept {
     const std::size_t before = pair_count;
     pair_count = 0;
@@ -166,21 +166,21 @@ struct MeetRoom {
   static constexpr std::size_t whole_lanes(std::size_t pairs) noexcept {
     return tasks_of(pairs, meeting_lanes) * meeting_lanes;
   }
-  // Each task's close pairs begin a block, and so do its far ones.
+  // Includes a partly used block after the close pairs of each task, and another after the far ones.
   static constexpr std::size_t most_pairs(const MeetShape& shape) noexcept {
     return whole_lanes(shape.particles * shape.most_neighbours / 2) +
            2 * tasks_of(shape.particles, particles_per_meeting_task) * meeting_lanes;
   }
-  // The listed pairs that are near, each task's from the place of its first listed one on.
+  // The near ones of the listed pairs. Those of a task begin at the place of its first listed pair.
   [[nodiscard]] std::uint32_t* near_i() noexcept { return lists.spare().data(); }
   [[nodiscard]] std::uint32_t* near_j() noexcept { return lists.spare().data() + lists.room(); }
-  // Thereafter the number of each impact's pair.
+  // Reuses that memory for the pair number of each impact.
   [[nodiscard]] std::uint32_t* pair_of_impact() noexcept { return lists.spare().data(); }
-  // The pairs that a task looks at in a round of impacts. Sums have their places there later.
+  // The pairs that a task tests in a round of impacts. The places of sums use this memory later.
   [[nodiscard]] std::uint32_t* candidates(std::size_t task) noexcept {
     return places.data() + tasks[task].first + task * meeting_lanes;
   }
-  // turn(along): as a state turns.
+  // Turns the kept pulses with the state: turn(along) turns one vector.
   template <class Turn>
   void turn_kept(const Turn& turn) {
     for (Pulse<T>& pulse : kept_pulses) turn(pulse.vector);
@@ -193,25 +193,25 @@ struct MeetRoom {
     std::uint32_t first_far = 0;             // the number of its first far one
     std::uint32_t near = 0;                  // its pairs of both kinds
     std::uint32_t kept_first = 0, kept = 0;  // of the sub-step before
-    std::uint32_t candidates = 0;            // those of them that may be impacts
-    std::uint32_t impacts = 0;               // in this round, in the pairs' room from the first on
-    std::uint32_t most = 0;                  // pairs of a particle
+    std::uint32_t candidates = 0;            // the number of its pairs that may be impacts
+    std::uint32_t impacts = 0;               // in this round, stored in the pairs' room from `first` on
+    std::uint32_t most = 0;                  // the most pairs of one particle
     std::uint32_t first_wall = 0, walls = 0;
-    std::uint32_t summed = 0, most_summed = 0;  // pulses of all its particles, and of the one that has most
+    std::uint32_t summed = 0, most_summed = 0;  // pulses of all its particles, and the most of one particle
     std::uint32_t first_place = 0, slices = 0;
-    double least_far = 0;  // m: of the gaps of its far pairs
-    double longest = 0;    // m^2: of its pushes, squared
+    double least_far = 0;  // m: the least gap of its far pairs
+    double longest = 0;    // m^2: its longest push, squared
     bool hits_walls = false;
     bool is_stale = false;
     WaySums sums{};
-    double reaches = 0;  // m: a sum over those that are listed
+    double reaches = 0;  // m: the sum of a, each cut at a bound, over listed particles
     std::uint32_t listed = 0;
   };
-  std::size_t particles = 0;  // that there are
+  std::size_t particles = 0;  // at present; at most the constructor's
   PairLists<T> lists{};
   bool is_listed = false;
   std::uint64_t listed_by = 0;  // the rules' fingerprint
-  T skin = 0;                   // m: that the lists have beyond what is near
+  T skin = 0;                   // m: the lists' reach beyond what is near
   std::vector<MetStart<T>> start{};
   std::vector<MetEnd<T>> end{};
   std::vector<MetVelocity<T>> velocity{};
@@ -220,34 +220,34 @@ struct MeetRoom {
   std::vector<MetListed<T>> listed{};
   std::vector<T> a{};
   std::vector<MeetTask> tasks{};
-  std::vector<MetPairs> pairs{};  // near ones; the close ones of each task from a block on, then the far ones likewise
+  std::vector<MetPairs> pairs{};  // near ones: of each task the close ones from a block on, then the far ones from another
   std::vector<Separations<T>> separations{};
   std::vector<T> wanted{};         // m: by pairs
-  std::vector<Pulse<T>> pulses{};  // of each pair, and what against() and wall_pulse() say
-  // The numbers of pairs by i, then by j, each task's from its first on; with pair_is_far, where they are.
+  std::vector<Pulse<T>> pulses{};  // of pairs, then those of against() and wall_pulse()
+  // Pair numbers by i, then by j, each task's from its first on; far pairs have the bit pair_is_far.
   std::vector<std::uint32_t> ordered{};
-  // By particle: where its own pairs end there, counted from its task's first, and where those begin in `lower` in which its
-  // number is the higher one.
+  // By particle. own_end: where its own pairs end in `ordered`, counted from its task's first. first_lower: where in `lower`
+  // the pairs begin in which its number is the higher one.
   std::vector<std::uint32_t> own_end{}, first_lower{}, lower{};
-  std::vector<std::uint16_t> counts{};  // of pulses of each particle that are summed
-  // Each task's particles that have pulses, by how many.
+  std::vector<std::uint16_t> counts{};  // the number of pulses that each particle sums
+  // Each task's particles that have pulses, by the number of pulses.
   std::vector<SumSlice> slices{};
   std::vector<std::uint32_t> summed{};
   std::vector<T> summed_w{};
   std::vector<std::uint32_t> places{};
-  std::vector<MeetPush<T>> pushed{};  // and for each task one of no particle
+  std::vector<MeetPush<T>> pushed{};  // by particle, then one per task for lanes without a particle
   std::vector<MetPair> kept_pairs{};  // by i, then by j
-  // In lanes, by the numbers of walls: partners are nobody.
+  // Walls in lanes, by their numbers. The partner is nobody.
   std::vector<MetPairs> wall_pairs{};
   std::vector<Separations<T>> wall_separations{};
   std::vector<T> wall_mu{};
-  std::vector<MetWall<T>> walls{};  // each task's beside each other, by particles
+  std::vector<MetWall<T>> walls{};  // each task's side by side, by particle
   std::vector<std::uint8_t> wall_count{};
   std::vector<std::uint32_t> first_wall{};
-  std::vector<std::uint8_t> hit_wall{};  // of an impact round: which of a particle's
-  std::vector<std::uint32_t> best{};     // of an impact round
-  // With which the next sub-step begins, the last one having been kept_h long: those of pairs, and walls_each of each
-  // particle with surfaces.
+  std::vector<std::uint8_t> hit_wall{};  // in an impact round: which of a particle's walls it hits first
+  std::vector<std::uint32_t> best{};     // in an impact round: a particle's first impact among its pairs
+  // The pulses that the next sub-step begins with: those of pairs, and up to walls_each of each particle with surfaces. kept_h:
+  // the length of the sub-step that left them.
   bool is_kept = false;
   std::vector<Pulse<T>> kept_pulses{};
   std::vector<Pulse<T>> kept_walls{};
@@ -255,23 +255,23 @@ struct MeetRoom {
   std::vector<std::uint8_t> kept_wall_count{};
   T kept_h = 0;  // s
   std::size_t walls_each = 0;
-  // Whether a particle may still be within another that it was born in, those that are to come too. Empty where none are born.
+  // Whether a particle may still be within another that it was born in; set for those yet to be born too. Empty without births.
   std::vector<std::uint8_t> parts{};
-  std::vector<SharedParticle<T>> shared{};  // of a part of a larger scene, in the order in which they are told
+  std::vector<SharedParticle<T>> shared{};  // of a part of a larger scene, in the order in which they are sent
   std::size_t pair_count = 0;
-  std::size_t most = 0;  // pairs of the particle that has most
+  std::size_t most = 0;  // the most pairs of one particle
   std::uint64_t rebuilt = 0, substeps = 0;
   bool has_impacts = false;                   // in the last sub-step
-  T longest = std::numeric_limits<T>::max();  // m: of the last sub-step's pushes
+  T longest = std::numeric_limits<T>::max();  // m: the longest push of the last sub-step
 
  private:
   void resize(std::size_t count) noexcept {
     particles = count;
-    tasks.resize(tasks_of(count, particles_per_meeting_task));  // within what the constructor took
+    tasks.resize(tasks_of(count, particles_per_meeting_task));  // within the constructor's capacity
     lists.be_of(count);
     is_listed = false;
   }
-  // All that a step leaves of a particle to the next one, and its last place.
+  // Moves the values that a particle keeps between steps, and its last position, to a new number.
   void move(std::size_t from, std::size_t to) noexcept {
     end[to] = end[from];
     for (std::size_t s = 0; s < walls_each; ++s) {
@@ -281,7 +281,7 @@ struct MeetRoom {
     if (walls_each != 0) kept_wall_count[to] = kept_wall_count[from];
     if (!parts.empty()) parts[to] = parts[from];
   }
-  // Those from this number on are as if they had never been.
+  // Resets particles from this number on, as if they had never existed.
   void clear_from(std::size_t first) noexcept {
     for (std::size_t i = first; i < particles; ++i) {
       hits[i] = {};

@@ -21,9 +21,9 @@ namespace dvdx {
 namespace {
 
 constexpr std::size_t most_meeting_groups = 1024;
-constexpr double most_pairs_of_all = 1 << 29;           // so that 32 bits number what passes gather
+constexpr double most_pairs_of_all = 1 << 29;           // so that 32-bit indices reach all that passes gather
 constexpr double least_size = 1e-15, most_size = 1e15;  // m
-constexpr double near_at_start = 1 - 1e-6;              // of the distance that a pair wants
+constexpr double near_at_start = 1 - 1e-6;              // of the wanted distance: nearer pairs are near at the start
 
 bool passes_near_ones(const Meet& meet) noexcept {
   return meet.near_at_start == NearAtStart::pass || (meet.near_at_start == NearAtStart::by_kind && !meet.radius);
@@ -41,7 +41,7 @@ std::vector<std::uint8_t> in_networks(const Scene& scene, std::size_t count) {
   return is_in;
 }
 
-// m: of whole springs with a length at rest.
+// m: the shortest rest length of whole springs that have one.
 double shortest_spring(const Scene& scene, std::span<const Vec3> start) {
   double shortest = std::numeric_limits<double>::infinity();
   for (const JoinedPair& pair : joined_pairs(scene, start)) {
@@ -50,14 +50,14 @@ double shortest_spring(const Scene& scene, std::span<const Vec3> start) {
   return shortest;
 }
 
-// m: of a grid's cells; of a rope its springs.
+// m: the longer side of a grid's cells; for a rope the length of its springs.
 double wider_side(const Grid& grid) noexcept {
   const auto side = [](const Vec3& edge, std::size_t count) {
     return count > 1 ? length(edge) / static_cast<double>(count - 1) : 0;
   };
   return std::max(side(grid.edge_u, grid.columns), side(grid.edge_v, grid.rows));
 }
-// m: of a cell that was cut the side that is not the cut.
+// m: the second longest side of a triangle, which is half a cell: the longest is the cell's diagonal.
 double wider_side(const Triangle& of, std::span<const Vec3> start) noexcept {
   std::array<double, 3> sides{distance(start[of[0]], start[of[1]]), distance(start[of[1]], start[of[2]]),
                               distance(start[of[2]], start[of[0]])};
@@ -65,7 +65,7 @@ double wider_side(const Triangle& of, std::span<const Vec3> start) noexcept {
   return sides[1];
 }
 
-// m: of the widest cell of cloth, whose springs along its sides are s long and across them at most sqrt(2) s.
+// m: the side s of the widest cell of cloth. Its springs are s long along the sides, and at most sqrt(2) s across.
 double widest_side(const Scene& scene, std::span<const Vec3> start) {
   double widest = 0;
   for (const Network& network : scene.networks) {
@@ -78,7 +78,7 @@ double widest_side(const Scene& scene, std::span<const Vec3> start) {
   return widest;
 }
 
-// m, of each particle: the widest cell that it is a corner of, its shortest spring where it is of none, or 0.
+// m, for each particle: the side of the widest cell that it is a corner of, or its shortest spring if it has no cell, or 0.
 std::vector<double> widest_sides(const Scene& scene, std::span<const Vec3> start) {
   std::vector<double> widest(start.size());
   for (const Network& network : scene.networks) {
@@ -106,7 +106,7 @@ std::vector<double> widest_sides(const Scene& scene, std::span<const Vec3> start
   return widest;
 }
 
-// m: of cells, and of nets and ropes, whose cells are taken to be as wide as the shortest spring of each particle.
+// m: the widest of all cells. Cells of nets and ropes count as wide as the shortest spring of each particle.
 double widest_side_of_any(const Scene& scene, std::span<const Vec3> start) {
   const std::vector<double> sides = widest_sides(scene, start);
   return sides.empty() ? 0 : *std::max_element(sides.begin(), sides.end());
@@ -121,7 +121,7 @@ double least_half_of_cells(const Scene& scene, std::span<const Vec3> start) {
   return 0.5 * *scene.meet->part_of_cells * least;
 }
 
-// m/s: of any point of a motion that stays within this distance of its center, between two keys.
+// m/s: the fastest translation of a motion between two keys; jumps and rotations do not count.
 double fastest_way(const Motion& motion) {
   double fastest = 0;
   for (std::size_t k = 1; k < motion.keys.size(); ++k) {
@@ -138,7 +138,7 @@ double fastest_way(const Motion& motion) {
 double least_radius(const Meet& meet) noexcept {
   if (meet.thickness) return 0.5 * *meet.thickness;
   if (meet.radius->is_uniform()) return (*meet.radius)[0];
-  if (meet.radius->each().empty()) return 1;  // of a state without particles
+  if (meet.radius->each().empty()) return 1;  // a state without particles
   return *std::min_element(meet.radius->each().begin(), meet.radius->each().end());
 }
 
@@ -155,7 +155,7 @@ void check_meet_of_all(Checker& check, const Scene& scene) {
   if (given > 1) return check.fail("meet", "several of radius, thickness and part_of_cells", "one of them");
   if (meet.radius) check.value("meet.radius", *meet.radius, Range::positive);
   if (meet.thickness) check.value("meet.thickness", *meet.thickness, Range::positive);
-  const auto size = [&](const std::string& field, double value) {  // whose square float32 holds
+  const auto size = [&](const std::string& field, double value) {  // float32 holds its square
     if (!(value >= least_size && value <= most_size)) {
       check.fail(field, text(value), "a number from " + text(least_size) + " to " + text(most_size));
     }
@@ -196,7 +196,7 @@ void check_meet_of_all(Checker& check, const Scene& scene) {
   }
 }
 
-// Each list's numbers are of particles that there are, and `told` has each of them once.
+// Checks that each list has numbers of existing particles, and `told` each number once.
 void check_lists(Checker& check, const SharedMeetings& all) {
   const std::size_t count = all.start.size();
   const auto counts = [&](const char* list, std::size_t size, std::size_t wanted) {
@@ -237,7 +237,7 @@ void check_meet(Checker& check, const Scene& scene, const SharedMeetings& all) {
 
 namespace {
 
-// The grid of a mesh goes as far as balls are kept off it.
+// A mesh's grid must reach as far as balls are kept off the mesh.
 std::optional<Error> error_of_cells(const Scene& scene, std::size_t contact) {
   if (!std::holds_alternative<TriangleMesh>(scene.contacts[contact])) return std::nullopt;
   const auto mesh = std::get<TriangleMesh>(contact_of_flows(scene.contacts[contact], scene.meet));
@@ -248,7 +248,7 @@ std::optional<Error> error_of_cells(const Scene& scene, std::size_t contact) {
                "from " + text(least, 6) + " to " + text(most, 6) + " m, as the grid goes beyond the mesh by the balls' radius"};
 }
 
-// A thickness that is not below the shortest spring.
+// For a thickness that is not below the shortest spring: it must be below the side of the widest cell.
 std::optional<Error> error_of_thickness(const Scene& scene, double thickness, double shortest, std::span<const Vec3> start) {
   const double widest = widest_side(scene, start);
   if (!(widest > shortest)) {
@@ -285,7 +285,7 @@ std::optional<Error> error_of_shaking(const Scene& scene, std::span<const Vec3> 
   return std::nullopt;
 }
 
-// A part's own particles stand together among those that are told, in its order.
+// The error if a part's own particles do not stand together in `told`, in the part's order.
 std::optional<Error> error_of_telling(const PartContext& elsewhere) {
   const SharedMeetings& all = elsewhere.meetings;
   std::size_t next = all.first;
@@ -351,8 +351,8 @@ double parting_of(const Meet& meet, double g, double step) noexcept {
 
 double meeting_rate(const Scene& scene, std::span<const Vec3> start) {
   if (!scene.meet) return 0;
-  constexpr double fallen = 0.005;  // g h^2, of the smallest radius: a layer of a pile sinks by so much before rounds lift it
-  constexpr double carried = 0.5;   // by a surface in a sub-step
+  constexpr double fallen = 0.005;  // g h^2 over the smallest radius: how far a layer of a pile sinks before rounds lift it
+  constexpr double carried = 0.5;   // parts of the smallest radius that a surface moves in a sub-step, at most
   const double r = scene.meet->part_of_cells ? least_half_of_cells(scene, start) : least_radius(*scene.meet);
   double rate = std::sqrt(length(constant_acceleration(scene)) / (fallen * r));
   for (const Contact& contact : scene.contacts) {
@@ -437,7 +437,7 @@ MeetRules<T>::MeetRules(const Scene& scene, std::span<const Vec3> start)
   if (!is_ball_ && !start_.empty() && most_ > 0) passing_layers_ = count_layers(scene, start);
 }
 
-// Those of which one can yield.
+// Counts only pairs of which at least one particle can yield.
 template <class T>
 std::size_t MeetRules<T>::count_layers(const Scene& scene, std::span<const Vec3> start) const {
   std::vector<JoinedPair> joined = joined_pairs(scene, start);

@@ -1,4 +1,4 @@
-// Particles that meet where several parts step them: each part tells where its own have got, and works out the meetings of all.
+// Particles that meet and are stepped by several parts. Each part sends its own particles, and computes the meetings of all.
 #pragma once
 
 #include <algorithm>
@@ -21,15 +21,15 @@ class MeetShare {
   MeetShare(const PartContext& elsewhere, const ParticleOrder& order, MeetRoom<T>& room, const WorkColumns<T>& work) noexcept
       : all_(elsewhere.meetings), is_own_(elsewhere.exchange.is_own), order_(order), room_(room), work_(work) {}
 
-  // Whether the plan is of one part of several.
+  // Whether the plan is one of several parts.
   [[nodiscard]] bool is_there() const noexcept { return all_.whole != nullptr; }
   [[nodiscard]] std::size_t particles() const noexcept { return all_.told.size(); }
 
-  // A sub-step begins.
+  // Called when a sub-step begins.
   void begin_driven_paths() const noexcept {
     over_own([&](std::size_t k, SharedParticle<T>& shared) { shared.start = at(work_.x, k); });
   }
-  // Its flows have ended: the room learns of all.
+  // Called when its flows have ended: sends the own particles, and receives all of them into the room.
   void exchange(const std::vector<T>& radii, const ParallelFor& parallel) const noexcept {
     over_own([&](std::size_t k, SharedParticle<T>& shared) {
       shared.end = at(work_.x, k);
@@ -45,7 +45,7 @@ class MeetShare {
       room_.velocity[i] = {shared.velocity, shared.w};
     });
   }
-  // The part's particles, the others' in its halo too, are where the room has them.
+  // Copies from the room back to the part's particles, those in its halo too.
   void put_back(const ParallelFor& parallel) const noexcept {
     over_tasks(parallel, all_.numbers.size(), [&](std::size_t k) {
       const std::uint32_t i = all_.numbers[k];
@@ -57,7 +57,7 @@ class MeetShare {
       }
     });
   }
-  // use(number): the part's own.
+  // use(number) for the part's own particles.
   template <class Use>
   void over_own_numbers(const Use& use) const noexcept {
     for (std::size_t k = 0; k < all_.numbers.size(); ++k) {

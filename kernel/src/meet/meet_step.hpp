@@ -30,7 +30,7 @@ struct MeetingsOfScene {
 template <class T>
 class MeetStep {
  public:
-  // For so many particles, or all of those of which elsewhere's part steps some.
+  // particles: their number. A part of a larger scene takes the number of the whole instead.
   MeetStep(const MeetingsOfScene<T>& scene, MeetRoom<T>& room, const WorkColumns<T>& work, std::size_t particles,
            const PartContext& elsewhere, const MeetKernels<T>& kernels, const ParallelFor& parallel,
            ContactReport::Parts* report) noexcept
@@ -49,14 +49,14 @@ class MeetStep {
     room_.be_of(share_.is_there() ? share_.particles() : particles);
   }
 
-  // A sub-step begins.
+  // Called when a sub-step begins.
   void begin_driven_paths() noexcept {
     if (share_.is_there()) return share_.begin_driven_paths();
     of_.over_particles([&](std::size_t i) { room_.start[i] = {at(work_.x, i), of_.rules.radii()[i]}; });
   }
 
   enum class Found { all, too_many };
-  // Its flows have ended. The surfaces are where they are at its end; h != 0.
+  // Called when its flows have ended. The surfaces are where they are at its end; h != 0.
   Found meet(const Surface<T>* surfaces, std::size_t surface_count, T h) noexcept {
     of_.surfaces = surfaces;
     of_.surface_count = surface_count;
@@ -109,9 +109,9 @@ class MeetStep {
     });
     room_.has_impacts = false;
   }
-  // A particle that surfaces have turned back has x1 - x0 other than v1 h: a pair may come nearer along that chord while its
-  // velocities part, and pushes then add speed. So its start is moved to x1 - v1 h, as if it had come straight to its end,
-  // which it has since it was turned back. Those that it met before are seen at its end alone.
+  // A particle that surfaces have turned back has x1 - x0 other than v1 h. A pair may then come nearer along that chord while
+  // its velocities part, and pushes would add speed. So its start moves to x1 - v1 h, as if it had come straight to its end,
+  // which is its path since it was turned back. Particles that it met before are seen at its end alone.
   void straighten() noexcept {
     if (!(of_.rules.meet().restitution > 0) || of_.surface_count == 0) return;
     const T least = of_.slowest * std::abs(of_.h);
@@ -128,7 +128,7 @@ class MeetStep {
   static bool is_finite(const Point<T>& x) noexcept {
     return (x[0] - x[0]) + (x[1] - x[1]) + (x[2] - x[2]) == 0;  // else it is NaN
   }
-  // By tasks, which are the same on any number of threads.
+  // The mean over all particles. It sums by tasks, whose size does not depend on the number of threads.
   [[nodiscard]] Point<T> mean(std::array<double, 3> WaySums::*of, std::uint32_t WaySums::*count) const noexcept {
     std::array<double, 3> sum{};
     double all = 0;
@@ -160,7 +160,7 @@ class MeetStep {
     ++room_.rebuilt;
     room_.is_listed = true;
     room_.listed_by = of_.rules.fingerprint();
-    const double most = 4 * double{least_ordinary()};  // that counts of one
+    const double most = 4 * double{least_ordinary()};  // the most that one particle counts in the mean
     for (const T skin : {nominal_skin(), T(0)}) {
       room_.skin = skin;
       of_.over_tasks([&](Task& task, std::size_t from, std::size_t end) {
@@ -193,8 +193,8 @@ class MeetStep {
     return found == PairLists<T>::Found::all ? Found::all : Found::too_many;
   }
 
-  // The a that cells are made for: most particles', as each with more looks through 125 cells, one by one. A few fast ones do
-  // not widen the cells of all. No bit depends on it.
+  // The largest a that cells are made for. It covers most particles: each with a larger one searches 125 cells, one by one. A
+  // few fast particles do not widen the cells of all. No bit depends on it.
   [[nodiscard]] T ordinary() const noexcept {
     constexpr double wider = 1.5;
     double sum = 0;
@@ -207,7 +207,7 @@ class MeetStep {
   }
   [[nodiscard]] T least_ordinary() const noexcept { return of_.rules.most_reach() + T(0.5) * nominal_skin(); }
 
-  // m: what touches and would go by less stays; 0 where all go.
+  // m: a touching particle that would move less than this stays; 0: all move.
   [[nodiscard]] T way_at_rest() const noexcept {
     if (!of_.rules.are_balls() || !(of_.rules.meet().friction > 0)) return 0;
     const bool has_movers =
@@ -247,7 +247,7 @@ class MeetStep {
     if (share_.is_there()) share_.put_back(of_.parallel);
   }
 
-  // The report's part: pushes and impacts that surfaces take here, beside those that the flows tell.
+  // Adds the pushes and impacts of meetings on surfaces to the report. The flows report the others.
   void report() noexcept {
     for (std::size_t contact = 0; contact < report_->centers.size() && room_.walls_each != 0; ++contact) {
       std::optional<ContactSums> sums;
@@ -271,7 +271,7 @@ class MeetStep {
     }
   }
 
-  // use(i): another part's report tells of those that are its own.
+  // use(i) for the particles that this part reports; other parts report theirs.
   template <class Use>
   void over_reported(const Use& use) const noexcept {
     if (share_.is_there()) return share_.over_own_numbers(use);

@@ -1,5 +1,5 @@
-// A sub-step of particles that meet, as its parts see it. Work is cut into tasks of fixed sizes; sums are by particle, in the
-// order of numbers: no result depends on threads, nor on the age of a list.
+// A sub-step of particles that meet, as its stages share it. Work is cut into tasks of fixed sizes. Sums are by particle, in
+// the order of numbers. So no result depends on threads, nor on the age of a list.
 #pragma once
 
 #include <algorithm>
@@ -23,8 +23,8 @@ struct MeetSubstep {
   MeetRoom<T>& room;
   const MeetKernels<T>& kernels;
   ParallelFor parallel;
-  T slowest = 0;                         // m/s: what approaches no faster does not bounce
-  T parting = 0;                         // m/s: a pair of which one was born within the other parts no faster; 0: none was
+  T slowest = 0;                         // m/s: a pair that approaches no faster does not bounce
+  T parting = 0;                         // m/s: a pair parts no faster if one was born within the other; 0: none was
   const Surface<T>* surfaces = nullptr;  // where they are at the end
   std::size_t surface_count = 0;
   T h = 0;  // s
@@ -50,7 +50,7 @@ struct MeetSubstep {
   }
 
   [[nodiscard]] T wanted(std::size_t i, std::size_t j) const noexcept { return rules.wanted(i, j); }
-  // The distance that a pair is to have at the end, of which one was born within the other.
+  // The distance that a pair is to have at the end if one was born within the other.
   [[nodiscard]] T parted(T d, const Point<T>& q0) const noexcept {
     return std::min(d, std::sqrt(inner(q0, q0)) + parting * std::abs(h));
   }
@@ -60,8 +60,8 @@ struct MeetSubstep {
   [[nodiscard]] Point<T> moved_by_impacts(std::size_t i) const noexcept {
     return plus(room.shift[i].dx, times(h, room.hits[i].dv));
   }
-  // use(the number of a pair, with pair_is_far where it is): those in which particle i is the higher one, by the lower one;
-  // then its own, by the higher one.
+  // use(pair number, with pair_is_far if the pair is far). over_lower: pairs in which i has the higher number, by the lower
+  // one. over_own: i's own pairs, by the higher one.
   template <class Use>
   void over_lower(std::size_t i, const Use& use) const noexcept {
     for (std::uint32_t k = room.first_lower[i]; k < room.first_lower[i + 1]; ++k) use(room.lower[k]);
@@ -72,18 +72,18 @@ struct MeetSubstep {
     const std::uint32_t own = i % particles_per_meeting_task != 0 ? room.own_end[i - 1] : 0;
     for (std::uint32_t k = first + own; k < first + room.own_end[i]; ++k) use(room.ordered[k]);
   }
-  // use(pair): all that particle i is in.
+  // use(pair) for all pairs of particle i.
   template <class Use>
   void over_pairs_of(std::size_t i, const Use& use) const noexcept {
     over_lower(i, [&](std::uint32_t p) { use(room.pair(p & ~pair_is_far)); });
     over_own(i, [&](std::uint32_t p) { use(room.pair(p & ~pair_is_far)); });
   }
-  // m: beyond what a pair wants. Those farther apart are looked at in rounds only where pushes are longer than they were.
+  // m: beyond the distance that a pair wants. Pairs farther apart take part in rounds only if pushes get longer than before.
   [[nodiscard]] T far() const noexcept {
     const T most = 4 * rules.most_radius();
     return T(0.01) * rules.least_radius() + (room.longest < most ? 3 * room.longest : most);
   }
-  // m: what pushes may add to the ways.
+  // m: how much nearer than their paths pushes may bring a pair.
   [[nodiscard]] T margin() const noexcept { return T(0.1) * rules.least_radius(); }
 };
 

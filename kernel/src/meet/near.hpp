@@ -1,4 +1,5 @@
-// Who is near, as a pass takes it: particles that are sorted by cells, each against those of the cells about its own.
+// The search for near particles as a pass takes it. Particles are sorted by cells, and each is tested against those of the
+// cells about its own.
 #pragma once
 
 #include <array>
@@ -22,30 +23,30 @@ struct CellGrid {
   }
 };
 
-// So many numbers may be read beyond the last place, and written beyond what is found.
+// How many values may be read beyond the last place, and written beyond what is found.
 inline constexpr std::size_t near_padding = 16;
 
 template <class T>
 struct NearTerms {
-  // By places, which are sorted by cells. Those that are not looked for have no finite x.
+  // By place. Places are sorted by cells. Particles that are not to be found have no finite x.
   const T *x = nullptr, *y = nullptr, *z = nullptr, *a = nullptr;
   const std::uint32_t* number = nullptr;
   const std::uint32_t* starts = nullptr;  // the first place of each cell
   const std::uint32_t* cell = nullptr;    // by number
   CellGrid grid{};
   T reach = 0;
-  std::uint32_t* found = nullptr;  // numbers of partners, each particle's beside each other
+  std::uint32_t* found = nullptr;  // partners' numbers, each particle's side by side
   std::size_t room = 0;            // the end of what may be written there
-  // By number: where a particle's partners begin, and how many there are. They have higher numbers than it.
+  // By number: where a particle's partners begin, and how many there are. Partners have higher numbers than the particle.
   std::uint32_t *first = nullptr, *count = nullptr;
 };
 
-// The place at which a pass has stopped, and the end of what it has found.
+// The place at which a pass stopped, and the end of what it found.
 struct Looked {
   std::size_t next = 0, used = 0;
 };
 
-// The cells about one or more that follow each other along x: their places.
+// The places of the cells about one cell, or about several that follow each other along x.
 struct PlacesAbout {
   struct Part {
     std::uint32_t from, to;
@@ -54,7 +55,7 @@ struct PlacesAbout {
   std::size_t count = 0;
   std::size_t all = 0;  // places
 
-  // The cells from (cx, cy, cz) on; only one where it is at an end of its row.
+  // Finds the places about `cells` cells from `first` on. `cells` must be 1 if `first` is at an end of its row.
   [[gnu::always_inline]] void find(const CellGrid& grid, const std::uint32_t* starts, const CellGrid::Cell& first,
                                    std::uint32_t cells) noexcept {
     count = all = 0;
@@ -80,7 +81,7 @@ struct PlacesAbout {
   }
 };
 
-// Partners as they have been found, by particle, and where they go in ascending order.
+// Partners in the order found, by particle, and the lists that take them in ascending order.
 struct ListTerms {
   const std::uint32_t* found = nullptr;  // near_padding more may be read
   const std::uint32_t *found_at = nullptr, *count = nullptr;
@@ -90,9 +91,9 @@ struct ListTerms {
 
 template <class T>
 struct NearKernels {
-  // Each place from `from` to `to`, as long as there is room.
+  // Searches about each place from `from` to `to`, as long as there is room.
   Looked (*find)(const NearTerms<T>& terms, std::size_t from, std::size_t to, std::size_t used) noexcept = nullptr;
-  // The lists of particles from `from` to `to`.
+  // Sorts the lists of particles from `from` to `to`.
   void (*order)(const ListTerms& terms, std::size_t from, std::size_t to) noexcept = nullptr;
 };
 

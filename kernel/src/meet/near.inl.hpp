@@ -1,5 +1,5 @@
-// Who is near, a register of candidates at once: near_reference.hpp in lanes. Those of cells beside each other look at the same
-// ones, which are brought together once.
+// The search for near particles, a register of candidates at once: near_reference.hpp in lanes. Particles of neighbouring cells
+// share candidates, which are brought together once.
 #pragma once
 
 #include <algorithm>
@@ -16,7 +16,7 @@ namespace {
 
 inline constexpr std::size_t most_together = 256;
 inline constexpr std::uint32_t cells_together = 3;
-inline constexpr std::uint32_t enough_together = 6;  // particles that look at the same ones
+inline constexpr std::uint32_t enough_together = 6;  // particles that share candidates
 
 template <class T>
 struct NearCandidates {
@@ -29,7 +29,7 @@ template <class T>
   std::memcpy(to, from, near_padding * sizeof(T));
 }
 
-// Whether of the first `count` numbers, at most near_padding, one is higher.
+// Returns true if one of the first `count` numbers is higher. count: at most near_padding.
 template <class V>
 [[gnu::always_inline]] inline bool has_higher(const std::uint32_t* numbers, std::size_t count, std::uint32_t than) noexcept {
   std::uint64_t bits = 0;
@@ -37,8 +37,8 @@ template <class V>
   return (bits & ((std::uint64_t{1} << count) - 1)) != 0;
 }
 
-// Those of some places that may be partners of particles with this number or higher ones: where numbers go along with places,
-// half of them. How many; beyond them is what is near nobody.
+// Copies the candidates that may be partners of particles with this number or higher ones: half of them if numbers go along
+// with places. Returns their number. Beyond them x is NaN, which is near nobody.
 template <class V>
 [[gnu::always_inline]] inline std::size_t bring_together(const NearTerms<Scalar<V>>& terms, const PlacesAbout& about,
                                                          std::uint32_t lowest, NearCandidates<Scalar<V>>& to) noexcept {
@@ -68,7 +68,7 @@ struct Looker {
   [[gnu::always_inline]] Looker(const NearTerms<Scalar<V>>& terms, std::size_t s) noexcept
       : x(terms.x[s]), y(terms.y[s]), z(terms.z[s]), a(terms.a[s]), reach(terms.reach), number(terms.number[s]) {}
 
-  // Writes the numbers of those that are near: a register's, or its first `count`.
+  // Writes the numbers of the near candidates of a register, or of its first `count`.
   template <class T>
   [[gnu::always_inline]] std::size_t look(const T* at_x, const T* at_y, const T* at_z, const T* at_a,
                                           const std::uint32_t* numbers, std::size_t count,
@@ -81,7 +81,7 @@ struct Looker {
   }
 };
 
-// The cells beside each other along x, from that of a place on, whose particles look at the same ones.
+// Finds the number of cells along x, from that of a place on, whose particles share candidates.
 template <class T>
 [[gnu::always_inline]] inline std::uint32_t find_block(const NearTerms<T>& terms, std::size_t from, std::uint32_t cell,
                                                        PlacesAbout& about) noexcept {
@@ -96,7 +96,7 @@ template <class T>
   return cells;
 }
 
-// The lowest number of some cells' particles from a place on, or a lower one: numbers ascend in each cell.
+// A lower bound of the numbers of some cells' particles from a place on. Numbers ascend in each cell.
 template <class T>
 [[gnu::always_inline]] inline std::uint32_t lowest_number(const NearTerms<T>& terms, std::size_t from, std::uint32_t cell,
                                                           std::uint32_t cells) noexcept {
@@ -144,7 +144,7 @@ Looked find_near(const NearTerms<Scalar<V>>& terms, std::size_t from, std::size_
   return {from, used};
 }
 
-// Lists that are longer than what is sorted at once, one number after the other.
+// Sorts a list longer than sorted_at_once by insertion.
 [[gnu::noinline]] inline void order_long(std::uint32_t* list, const std::uint32_t* found, std::size_t count) noexcept {
   for (std::size_t k = 0; k < count; ++k) {
     const std::uint32_t j = found[k];

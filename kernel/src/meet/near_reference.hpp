@@ -1,4 +1,4 @@
-// Who is near, scalar: one pair after the other. The wide twin: near.inl.hpp.
+// The search for near particles, scalar: one pair after the other. The wide twin: near.inl.hpp.
 #pragma once
 
 #include "meet/meet.inl.hpp"
@@ -6,7 +6,7 @@
 
 namespace dvdx::reference {
 
-// Whether two places are near, the second one's number being the higher.
+// Returns true if two places are near and the second one has the higher number.
 template <class T>
 bool is_near(const NearTerms<T>& terms, std::size_t s, std::size_t t) noexcept {
   const Point<T> apart{terms.x[s] - terms.x[t], terms.y[s] - terms.y[t], terms.z[s] - terms.z[t]};
@@ -14,7 +14,7 @@ bool is_near(const NearTerms<T>& terms, std::size_t s, std::size_t t) noexcept {
   return (dvdx::inner(apart, apart) < most * most) & (terms.number[t] > terms.number[s]);
 }
 
-// use(place) of each that may be near a place.
+// use(place) for each place that may be near.
 template <class Use>
 void for_each_about(const PlacesAbout& about, const Use& use) noexcept {
   for (std::size_t part = 0; part < about.count; ++part) {

@@ -21,7 +21,7 @@ struct Placed {
   bool operator<(const Placed& other) const noexcept { return cell < other.cell; }
 };
 
-// By cells of this side. Those that are not finite are in none.
+// Sorts particles by cells of this side. Positions that are not finite, or too far, are left out.
 std::vector<Placed> sorted_by_cells(std::span<const Vec3> start, double side) {
   constexpr double farthest = 0x1p62;
   std::vector<Placed> placed;
@@ -39,7 +39,7 @@ std::vector<Placed> sorted_by_cells(std::span<const Vec3> start, double side) {
   return placed;
 }
 
-// use(j) of particles in the same cell as this one and in those that touch it, while it says that more are wanted.
+// use(j) for the particles of this one's cell and of the cells that touch it, as long as it returns true.
 template <class Use>
 void over_near(std::span<const Placed> placed, const Placed& at, const Use& use) {
   for (int row = 0; row < 9; ++row) {
@@ -52,7 +52,7 @@ void over_near(std::span<const Placed> placed, const Placed& at, const Use& use)
   }
 }
 
-// The shortest ways along what joins particles from one of them.
+// The shortest paths from one particle along springs and rods.
 class WaysAlong {
  public:
   WaysAlong(std::span<const JoinedPair> joined, std::span<const Vec3> start)
@@ -69,7 +69,7 @@ class WaysAlong {
       joined_[--from_[s.b]] = {l, s.a};
     }
   }
-  // m: no longer than `most`, else infinite.
+  // Finds the paths from a particle, m. Those longer than `most` are infinite.
   void find(std::uint32_t particle, double most) {
     for (const std::uint32_t i : found_) way_[i] = std::numeric_limits<double>::infinity();
     found_.clear();
@@ -92,7 +92,7 @@ class WaysAlong {
     next_.push({way, i});
   }
 
-  std::vector<std::size_t> from_;  // of what is joined to each particle, and its end
+  std::vector<std::size_t> from_;  // by particle: where its entries of joined_ begin; then their end
   std::vector<Reached> joined_;
   std::vector<double> way_;
   std::vector<std::uint32_t> found_;

@@ -11,9 +11,9 @@
 
 namespace dvdx {
 
-// Pairs that are no neighbours: the way along what joins particles from one to the other is more than twice what the pair
-// wants, or there is none. wanted(i, j), m, at most `most`: of a pair that is nearer than that and would meet; 0 of any other.
-// As many as there are particles are counted, no more, and so many times as many looked at that a cloth has by far fewer.
+// Counts the pairs that are no neighbours: the path between them along springs and rods is more than twice what the pair wants,
+// or there is none. wanted(i, j), m, at most `most`: the distance wanted by a pair that is nearer and would otherwise meet; 0
+// for any other. The count stops at the number of particles, and after 1024 tests for each, far more than cloth needs.
 [[nodiscard]] std::size_t count_passing_layers(std::span<const JoinedPair> joined, std::span<const Vec3> start, double most,
                                                const std::function<double(std::uint32_t, std::uint32_t)>& wanted);
 

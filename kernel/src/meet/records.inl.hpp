@@ -27,7 +27,7 @@ struct MetRecord {
   V mark;
 };
 
-// Where the records of as many particles begin.
+// Where the records of a register of particles begin.
 template <class V>
 class RecordLanes {
  public:
@@ -49,7 +49,7 @@ class RecordLanes {
   std::array<std::uint32_t, V::size> first_;
 };
 
-// Where records begin that follow each other.
+// Where consecutive records begin.
 template <class V>
 inline constexpr std::array<std::uint32_t, V::size> records_in_a_row = [] {
   std::array<std::uint32_t, V::size> at{};
@@ -57,7 +57,7 @@ inline constexpr std::array<std::uint32_t, V::size> records_in_a_row = [] {
   return at;
 }();
 
-// The lanes that Separations hold.
+// Loads and stores lanes of Separations.
 template <class V>
 [[gnu::always_inline]] inline Three<V> load_axes(const std::array<std::array<Scalar<V>, meeting_lanes>, 3>& axes,
                                                  std::size_t lane) noexcept {

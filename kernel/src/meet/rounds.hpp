@@ -1,4 +1,4 @@
-// Contacts of pairs, as passes take them: how they begin, a round of all, and what each particle gets by it.
+// Contacts of pairs as passes take them: their beginning, a round of all, and the sum of each particle.
 #pragma once
 
 #include <cstddef>
@@ -12,8 +12,8 @@
 
 namespace dvdx {
 
-// Blocks of meeting_lanes pairs, and the pulse of each: as the particle with the lower number takes it, and as the other does,
-// if there is one.
+// Blocks of meeting_lanes pairs, and the pulse of each as the particle with the lower number takes it. against: the pulse as
+// the other one takes it; null if there is no other.
 template <class T>
 struct RoundTerms {
   const MetPairs* pairs = nullptr;
@@ -26,30 +26,30 @@ struct RoundTerms {
   T beta{};
 };
 
-// Pairs as the impacts leave them. Each pulse is at first that of the sub-step before.
+// Pairs as the impacts leave them. On entry each pulse is that of the sub-step before.
 template <class T>
 struct BeginTerms {
   const MetPairs* pairs = nullptr;
   const T* wanted = nullptr;  // m: by pairs, the distance that each is to have at the end
   MetParticles<T> particles{};
-  bool has_impacts = false;  // else nothing has been moved by any
+  bool has_impacts = false;  // false: impacts have moved nothing
   T h = 0;                   // s
   Separations<T>* contacts = nullptr;
   Pulse<T>* pulses = nullptr;
   Pulse<T>* against = nullptr;
 };
 
-// meeting_lanes particles that have as many pulses each, or fewer: the others are of nothing.
+// meeting_lanes particles with `count` pulses each, or fewer; pulses that are missing are zeros.
 struct SumSlice {
-  std::uint32_t first = 0;  // the first lane's first pulse; the next lane's stands beside it
+  std::uint32_t first = 0;  // the place of the first lane's first pulse; the next lane's stands beside it
   std::uint32_t count = 0;  // pulses of each
 };
 
 template <class T>
 struct SumTerms {
   const SumSlice* slices = nullptr;
-  const std::uint32_t* particles = nullptr;  // 4 times the number of each lane's
-  const T* w = nullptr;                      // 1/kg: of each lane's
+  const std::uint32_t* particles = nullptr;  // 4 times the number of each lane's particle
+  const T* w = nullptr;                      // 1/kg: of each lane's particle
   const std::uint32_t* places = nullptr;     // 4 times the place of each pulse
   const Pulse<T>* pulses = nullptr;
   MeetPush<T>* pushed = nullptr;
@@ -61,20 +61,20 @@ struct MeetKernels {
   WaySums (*take_ways)(const WayTerms<T>& terms, std::size_t from, std::size_t to) noexcept = nullptr;
   ListAge (*find_strays)(const StrayTerms<T>& terms, std::size_t from, std::size_t to) noexcept = nullptr;
   NearKernels<T> near{};
-  // The listed pairs of places from `from` to `to` that are near; how many.
+  // Finds the near ones of the listed pairs at places from `from` to `to`. Returns their number.
   std::size_t (*find_within)(const WithinTerms<T>& terms, std::size_t from, std::size_t to) noexcept = nullptr;
-  // The impacts of some pairs, from the number `at` on; where they end.
+  // Writes the impacts of the given pairs from number `at` on. Returns the end of those written.
   std::size_t (*find_impacts)(const ImpactTerms<T>& terms, const std::uint32_t* pairs, std::size_t count,
                               std::size_t at) noexcept = nullptr;
-  // The pairs from `from`, the first of a block, to `to` of which one was hit in a round, and in none since. How many;
-  // meeting_lanes more may be written.
+  // Finds those of the pairs from `from`, the first of a block, to `to` with a particle that was hit in `round`, and with none
+  // hit in a later one. Returns their number; meeting_lanes more may be written.
   std::size_t (*find_hit)(const ImpactTerms<T>& terms, std::size_t from, std::size_t to, T round,
                           std::uint32_t* pairs) noexcept = nullptr;
-  // Pairs from `from`, the first of a block, to `to`. More of the last block may be taken with them. The least gap, m; one that
-  // acts already has none that is less.
+  // Begins the pairs from `from`, the first of a block, to `to`; others of the last block may be begun with them. Returns the
+  // least gap, m, or T's lowest number if a pair acts already.
   T (*begin)(const BeginTerms<T>& terms, std::size_t from, std::size_t to) noexcept = nullptr;
   void (*push)(const RoundTerms<T>& terms, std::size_t from, std::size_t to) noexcept = nullptr;
-  // Slices from `from` to `to`. The square of the longest push, m^2.
+  // Sums the slices from `from` to `to`. Returns the square of the longest push, m^2.
   T (*sum)(const SumTerms<T>& terms, std::size_t from, std::size_t to) noexcept = nullptr;
 };
 

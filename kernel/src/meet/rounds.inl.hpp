@@ -16,7 +16,7 @@
 namespace dvdx {
 namespace {
 
-// Those of a register whose contacts act: what they give, which is 0 where one does not act.
+// Pushes the contacts of a register that act. Returns their pulses, 0 in lanes that do not act.
 template <class V>
 [[gnu::always_inline]] inline Three<V> push_contacts(Separations<Scalar<V>>& contacts, std::size_t lane, Mask<V> acts,
                                                      const Three<V>& moved, V w, V gap, V mu, V beta) noexcept {
@@ -43,7 +43,7 @@ template <class V>
   return select(acts, normal_y * n + along_y, three<V>(zero));
 }
 
-// A register of pulses from p on, as both sides take them.
+// Stores a register of pulses from p on, as both sides take them.
 template <class V>
 [[gnu::always_inline]] inline void store_pulses(Pulse<Scalar<V>>* pulses, Pulse<Scalar<V>>* against, std::size_t p,
                                                 const Three<V>& vector, V number) noexcept {
@@ -131,7 +131,7 @@ void push_pairs(const RoundTerms<Scalar<V>>& terms, std::size_t from, std::size_
   }
 }
 
-// In records, which are summed as they are.
+// Sums whole records, without turning them into columns first.
 template <class V>
 Scalar<V> sum_pulses(const SumTerms<Scalar<V>>& terms, std::size_t from, std::size_t to) noexcept {
   using T = Scalar<V>;

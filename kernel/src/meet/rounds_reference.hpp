@@ -41,7 +41,7 @@ void push_pairs(const RoundTerms<T>& terms, std::size_t from, std::size_t to) no
     const MeetPush<T>& b = terms.pushed[j];
     Separations<T>& contacts = terms.contacts[p / meeting_lanes];
     Separation<T> contact = contacts.of(p % meeting_lanes);
-    Pulse<T> pulse{{}, terms.pulses[p].number};  // what does not act yet has no pulse
+    Pulse<T> pulse{{}, terms.pulses[p].number};  // a pair that does not act yet has no pulse
     push(contact, pulse, minus(a.dx, b.dx), a.w + b.w, terms.mus != nullptr ? terms.mus[p] : terms.mu, terms.beta);
     contacts.put(p % meeting_lanes, contact);
     terms.pulses[p] = pulse;
@@ -55,7 +55,7 @@ T sum_pulses(const SumTerms<T>& terms, std::size_t from, std::size_t to) noexcep
   for (std::size_t lane = from * meeting_lanes; lane < to * meeting_lanes; ++lane) {
     const SumSlice& slice = terms.slices[lane / meeting_lanes];
     Point<T> sum{};
-    T number = 0;  // whole, and so exact
+    T number = 0;  // a whole number, so the sum is exact
     for (std::size_t k = 0; k < slice.count; ++k) {
       const Pulse<T>& pulse = terms.pulses[terms.places[slice.first + k * meeting_lanes + lane % meeting_lanes] / 4];
       sum = plus(sum, pulse.vector);

@@ -1,4 +1,4 @@
-// How far a point is off a surface, and how the surface moves there.
+// The signed distance of a point from a surface, and the velocity of the surface there.
 #pragma once
 
 #include "contact/surfaces/surface.hpp"
@@ -9,7 +9,7 @@ namespace dvdx {
 template <class T>
 struct Off {
   Point<T> n{};    // out of the surface
-  T distance = 0;  // m, of the point where flows keep a particle; negative inside
+  T distance = 0;  // m, from where flows keep a particle; negative inside
 };
 
 template <class T>

@@ -1,5 +1,5 @@
-// The ways of particles in a sub-step, as passes take them: from the columns that flows step into records of four, and how far
-// each strays from what all go by.
+// The ways of particles, which are their displacements in a sub-step, as passes take them. The passes copy the columns that
+// flows step into records of four, and find how far each particle strays from the mean way of all.
 #pragma once
 
 #include <array>
@@ -11,7 +11,7 @@ namespace dvdx {
 
 template <class T>
 struct WayTerms {
-  const std::uint32_t* elements = nullptr;  // of each particle, in the columns, below 2^31; null: the records have been filled
+  const std::uint32_t* elements = nullptr;  // of each particle, in the columns, below 2^31; null: records are filled
   std::array<const T*, 3> x{}, v{};
   const T* w = nullptr;
   const MetStart<T>* start = nullptr;
@@ -20,12 +20,12 @@ struct WayTerms {
   MetVelocity<T>* velocity = nullptr;
 };
 
-// Over particles that have a radius and whose ways are finite, below the root of what is. Particles are dealt to meeting_lanes
-// sums in turn, which are then added in double: the same on every instruction set.
+// Sums over particles that have a radius and a way whose square is finite. Particles are dealt to meeting_lanes sums in turn,
+// which are then added in double: the same on every instruction set.
 struct WaySums {
   std::array<double, 3> way{}, gone{};  // m: in this sub-step, and since lists were built
-  std::uint32_t ways = 0, gones = 0;    // how many
-  bool has_movers = false;              // some have no mass, and move
+  std::uint32_t ways = 0, gones = 0;    // the number of terms
+  bool has_movers = false;              // a particle with w = 0 moves
 };
 
 template <class T>
@@ -33,11 +33,11 @@ struct StrayTerms {
   const MetStart<T>* start = nullptr;
   const MetListed<T>* listed = nullptr;
   MetEnd<T>* end = nullptr;
-  Point<T> way{}, gone{};  // m: of all
-  T allowed = 0;           // m: that lists allow each beside its own allowance
+  Point<T> way{}, gone{};  // m: the means over all
+  T allowed = 0;           // m: what lists allow each particle besides its own allowance
 };
 
-// Whether lists are to be built again: for particles that are not finite always.
+// Whether lists must be built again. A particle that is not finite always makes them stale.
 enum class ListAge { fresh, stale };
 
 }  // namespace dvdx

@@ -15,7 +15,7 @@
 namespace dvdx {
 namespace {
 
-// Particles that follow each other. Where fewer are left than a register has lanes, the last one is there several times.
+// Consecutive particles. If fewer are left than a register has lanes, the last one fills the other lanes.
 template <class V>
 class FollowingLanes {
  public:
@@ -24,7 +24,7 @@ class FollowingLanes {
     for (std::size_t k = 0; k < V::size; ++k) records_[k] = 4 * particles_[k];
   }
   [[nodiscard]] const std::array<std::uint32_t, V::size>& particles() const noexcept { return particles_; }
-  // Those that are there once, of some.
+  // Clears the lanes that repeat the last particle.
   [[nodiscard]] Mask<V> of(Mask<V> some) const noexcept { return count_ < V::size ? some & first_lanes<V>(count_) : some; }
   template <class Record>
   [[gnu::always_inline]] MetRecord<V> load(const Record* all) const noexcept {
@@ -44,7 +44,7 @@ class FollowingLanes {
   std::array<std::uint32_t, V::size> particles_, records_;
 };
 
-// Their elements in columns, which mostly follow each other, too.
+// The particles' elements in columns, which mostly follow each other too.
 template <class V>
 class ColumnLanes {
  public:
@@ -66,7 +66,7 @@ class ColumnLanes {
   bool follow_;
 };
 
-// Sums of meeting_lanes lanes, a register of them after the other.
+// meeting_lanes partial sums, in registers that take turns.
 template <class V>
 class LaneSums {
  public:
@@ -97,7 +97,7 @@ class LaneSums {
   std::uint32_t count_ = 0;
 };
 
-// Where particles are, and their w. The records are filled with what the columns have, unless they have been filled.
+// The positions of particles, and their w. Fills the records from the columns, unless they are filled already.
 template <class V>
 [[gnu::always_inline]] inline MetRecord<V> taken(const WayTerms<Scalar<V>>& terms, const FollowingLanes<V>& lanes) noexcept {
   if (terms.elements == nullptr) return {lanes.load(terms.end).three, lanes.load(terms.velocity).mark};

@@ -1,4 +1,4 @@
-// Which of the listed pairs may meet in a sub-step, as a pass takes it: those whose ways come within reach of each other.
+// The listed pairs that may meet in a sub-step, as a pass takes them: those whose ways come within reach of each other.
 #pragma once
 
 #include <cstddef>
@@ -8,8 +8,8 @@
 
 namespace dvdx {
 
-// In a list of near pairs, beside the lower number: that the pair goes fast enough for an impact; beside the higher one: that
-// it is far, and that no push will come to it unless they are longer than those of the sub-step before.
+// Flags in a list of near pairs. On the lower number: the pair goes fast enough for an impact. On the higher number: the pair
+// is far, and no push reaches it unless pushes are longer than those of the sub-step before.
 inline constexpr std::uint32_t pair_goes_fast = std::uint32_t{1} << 31;
 inline constexpr std::uint32_t pair_is_far = std::uint32_t{1} << 31;
 
@@ -20,11 +20,10 @@ struct WithinTerms {
   Wanted wanted = Wanted::sum;
   T widest = 0;   // m: no pair wants more
   T margin = 0;   // m: beyond the distance that a pair wants
-  T most = 0;     // m: of the strays that are looked at beyond it
-  T far = 0;      // m: beyond the wanted distance; no result depends on it
+  T most = 0;     // m: strays widen the reach by at most this
+  T far = 0;      // m: pairs farther than this beyond the wanted distance are far; no result depends on it
   T slowest = 0;  // m/s
-  // The pairs that are near, in the order of their places: from the first place that a call is given on, and no farther than
-  // the last.
+  // The near pairs in the order of their places, from the first place of a call on, and no farther than its last.
   std::uint32_t *i = nullptr, *j = nullptr;
 };
 

@@ -1,4 +1,4 @@
-// Which of the listed pairs may meet in a sub-step, a register of them at once: within_reference.hpp in lanes.
+// The listed pairs that may meet in a sub-step, a register of them at once: within_reference.hpp in lanes.
 #pragma once
 
 #include <algorithm>
@@ -33,7 +33,7 @@ template <class V>
   return V(Scalar<V>(2)) * select<V>(r_i < r_j, r_j, r_i);
 }
 
-// Lane k as bit k: which pairs of a register are near, which go fast, and which are close.
+// Lane k as bit k: the pairs of a register that are near, that go fast, and that are close.
 struct NearLanes {
   std::uint64_t are_near, are_fast, are_close;
 };

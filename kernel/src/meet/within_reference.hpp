@@ -1,4 +1,4 @@
-// Which of the listed pairs may meet in a sub-step, scalar: one after the other. The wide twin: within.inl.hpp.
+// The listed pairs that may meet in a sub-step, scalar: one after the other. The wide twin: within.inl.hpp.
 #pragma once
 
 #include "meet/meet.inl.hpp"
@@ -6,7 +6,7 @@
 
 namespace dvdx::reference {
 
-// A pair of which neither can be moved does not meet.
+// A pair does not meet if neither particle can be moved.
 template <class T>
 bool is_within(const WithinTerms<T>& terms, std::uint32_t i, std::uint32_t j) noexcept {
   const MetParticles<T>& of = terms.particles;
@@ -21,7 +21,7 @@ bool is_within(const WithinTerms<T>& terms, std::uint32_t i, std::uint32_t j) no
   return is_at_end || comes_within(minus(of.start[i].x, of.start[j].x), q1, reach);
 }
 
-// The places from `from` to `to`; how many are near.
+// Tests the pairs at places from `from` to `to`. Returns the number of near ones.
 template <class T>
 std::size_t find_within(const WithinTerms<T>& terms, std::size_t from, std::size_t to) noexcept {
   const MetParticles<T>& of = terms.particles;

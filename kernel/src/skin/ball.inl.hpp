@@ -8,7 +8,7 @@
 namespace dvdx {
 namespace {
 
-// For elements that mostly stand side by side, as those of a sheet's rows do.
+// Gathers elements that mostly stand side by side, as those of a sheet's rows do.
 template <class V>
 [[gnu::always_inline]] inline Three<V> near_axes(const Axes<Scalar<V>>& columns, const std::int32_t* element) noexcept {
   std::int32_t apart = 0;
@@ -24,8 +24,8 @@ void prepare_balls(const BallTerms<Scalar<V>>& terms, const WorkColumns<Scalar<V
   }
 }
 
-// Whether BallBounds::is_broken() may hold of some lane: by the same products, without a root or a quotient. A way into a ball
-// is shorter than half of it where f < 1: -room < root - nd <= 2 |nd|, and an eighth more than that is more than is rounded.
+// Returns true if BallBounds::is_broken() may hold in some lane. Uses the same products, without a root or a quotient. A
+// particle enters a ball with f < 1 only if -room < root - nd <= 2 |nd|; an eighth more than that is more than rounding.
 template <class V, Bound bound, Arithmetic arithmetic>
 [[gnu::always_inline]] inline bool may_be_broken(const BallTerms<Scalar<V>>& terms, std::size_t s, const Three<V>& e) noexcept {
   const V r = load_lanes<V>(terms.r + s);
@@ -38,7 +38,7 @@ template <class V, Bound bound, Arithmetic arithmetic>
   return any_lane<V>((ee < rr) | !(room < V(Scalar<V>(0))) | (room > V(Scalar<V>(2.25)) * nd));
 }
 
-// In the balls' frames.
+// The bounds of a register of particles, in their balls' frames.
 template <class V, Bound bound, Arithmetic arithmetic>
 class BallBounds {
   using T = Scalar<V>;

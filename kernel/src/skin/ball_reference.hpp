@@ -16,7 +16,7 @@ void prepare_balls(const BallTerms<T>& terms, const WorkColumns<T>& work, std::s
   }
 }
 
-// In the ball's frame: where the bound was reached, where the way then leads, and 1/tau.
+// In the ball's frame: where the bound was reached, where the particle then goes, and 1/tau.
 template <class T>
 struct Reached {
   Vector<T> p, e;
@@ -52,7 +52,7 @@ class BallBound {
   [[nodiscard]] bool is_broken() const noexcept { return is_broken_; }
   [[nodiscard]] bool is_sound() const noexcept { return ee_ < most_square<T> && nn_ < most_square<T>; }
 
-  // Both, in the ball's frame.
+  // Applies both pulses, in the ball's frame.
   void keep(Vector<T>& e, Vector<T>& u) const noexcept {
     if (bound == Bound::at_most && !(rr_ > least_square<T>)) {
       e = u = {};
@@ -109,7 +109,7 @@ class BallBound {
     brake(e, T(0), u);
   }
 
-  // The velocity pulse along q, of which -m is at most what the position pulse gave.
+  // The velocity pulse along q. -m is at most what the position pulse gave.
   void brake(const Vector<T>& q, T most, Vector<T>& u) const noexcept {
     const T t = (T(0) - inner<arithmetic>(u, q)) / inner<arithmetic>(q, q);
     const bool is_pull = (bound == Bound::at_most) == (per_step_ > 0);

@@ -1,4 +1,4 @@
-// Balls of a sub-step: their centers go to where skins and anchors are, then each particle is kept in or out of its own.
+// The balls in a sub-step: their centers go to where skins and anchors are, then each particle is kept in or out of its ball.
 #pragma once
 
 #include <algorithm>
@@ -32,7 +32,7 @@ class BallStep {
            const ParallelFor& parallel) noexcept
       : of_(of), work_(work), lists_(of.lists), kernels_(kernels), parallel_(parallel) {}
 
-  // Before the first sub-step of a call: poses and anchors are where they are at that time.
+  // Called before the first sub-step of a call. Poses and anchors are where they are at that time.
   void prepare(const Clock& at) const noexcept {
     for (std::size_t k = 0; k < of_.driven.size(); ++k) of_.driven[k].arrive([&](std::size_t i) { return undriven(k, i); });
     for_each_part(lists_.size(), [&](const BallList<T>& list, const BallTerms<T>& terms, std::size_t from, std::size_t to) {
@@ -41,7 +41,7 @@ class BallStep {
     });
   }
 
-  // Skins that the caller drives begin this step's way; poses are those at its start.
+  // Begins this step's paths of the skins that the caller drives. Poses are those at its start.
   void begin_driven_paths(const Clock& clock, double step) const noexcept {
     for (std::size_t k = 0; k < of_.driven.size(); ++k) {
       if (!of_.driven[k].has_path()) continue;
@@ -49,14 +49,14 @@ class BallStep {
     }
   }
 
-  // At the end of a sub-step, when poses and anchors have got there.
+  // Called at the end of a sub-step, when poses and anchors are there.
   void keep(const Clock& at) const noexcept {
     if (of_.h == 0) return;
     for_each_part(lists_.size(), [&](const BallList<T>& list, const BallTerms<T>& terms, std::size_t from, std::size_t to) {
       if (!rests(list)) move(list, terms, at, from, std::min(list.count, to));
       kernels_.keep(terms, list.bound, work_, from, to);
     });
-    // Later lists may have moved what earlier ones hold. No center has gone on: no ball moves what it hangs on.
+    // Later lists may have moved particles of earlier ones. Centers have not moved: no ball moves what it hangs on.
     for_each_part(lists_.size() - 1, [&](const BallList<T>& /*list*/, const BallTerms<T>& terms, std::size_t from,
                                          std::size_t to) { kernels_.prepare(terms, work_, from, to); });
   }
@@ -81,7 +81,7 @@ class BallStep {
     }
   }
 
-  // Its centers are where they were when the call began.
+  // Returns true if its centers stay where they were when the call began.
   [[nodiscard]] bool rests(const BallList<T>& list) const noexcept {
     return list.skin && !of_.skins[*list.skin].motion && !of_.driven[*list.skin].is_driven();
   }
@@ -93,7 +93,7 @@ class BallStep {
     const DrivenSkin& driven = of_.driven[*list.skin];
     if (driven.is_driven()) {
       const Followed of{list, terms, from, to};
-      // Where points are numbered as the balls are, side by side, the loop is vectorised. Centers ascend.
+      // Centers ascend. If they are consecutive, the loop is vectorised.
       const std::size_t first = list.center[from];
       if (list.center[to - 1] - first == to - 1 - from) {
         follow(driven, at, of, [first, from](std::size_t s) { return first + (s - from); });

@@ -20,7 +20,7 @@ struct SkinShape {
   bool operator==(const SkinShape&) const = default;
 };
 
-// A skin's points and unit normals, from where its motion carries them.
+// A skin's points and unit normals before its motion carries them.
 struct SkinStart {
   std::vector<Vec3> points, normals;  // m, in the world; no normals: no back-stop
   std::optional<std::size_t> motion;
@@ -30,11 +30,11 @@ struct SkinStart {
 template <class T>
 struct BallList {
   Bound bound = Bound::at_most;
-  std::optional<std::size_t> skin{};  // whose points are the centers; none: particles are
+  std::optional<std::size_t> skin{};  // the skin whose points are the centers; none: particles are
   std::size_t count = 0;
   std::vector<std::int32_t> element{};  // of each particle, filled up to whole slices
   std::vector<std::uint32_t> center{};  // number in the skin, or the element that is the center
-  std::vector<double> behind{};         // m: of a back-stop, from the skin's point to the center
+  std::vector<double> behind{};         // m: for a back-stop, from the skin's point to the center
   T* r = nullptr;
 
   [[nodiscard]] std::size_t size() const noexcept { return element.size(); }

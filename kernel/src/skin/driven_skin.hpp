@@ -1,4 +1,4 @@
-// A skin that the caller moves: "be there at the end of the next step". It belongs to a state, and stands in its workspace.
+// A skin that the caller moves: "be there at the end of the next step". It belongs to a state, and is kept in its workspace.
 #pragma once
 
 #include <array>
@@ -13,13 +13,13 @@
 
 namespace dvdx {
 
-// A point of a skin, with its unit normal where it has one, and their velocities.
+// A point of a skin, with its unit normal if it has one, and their velocities.
 struct SkinPoint {
   Vec3 x{}, u{};  // m, in the world; m/s
   Vec3 n{}, n_rate{};
 };
 
-// A normal on its way, brought to unit length, and its rate. Half-way between two opposite ones it is the one it goes to.
+// An interpolated normal at unit length, and its rate. Half-way between two opposite normals it is the one at the end.
 struct UnitNormal {
   Vec3 n, rate;
 
@@ -37,7 +37,7 @@ struct UnitNormal {
   }
 };
 
-// Normals go straight from one to the next, and are brought to unit length at each moment.
+// Normals are interpolated along straight lines, and brought to unit length at each moment.
 class DrivenSkin {
  public:
   explicit DrivenSkin(const SkinShape& shape) : shape_(shape) {
@@ -51,14 +51,14 @@ class DrivenSkin {
   [[nodiscard]] bool is_driven() const noexcept { return is_driven_; }
   [[nodiscard]] bool has_path() const noexcept { return is_asked_ || is_driven_; }
 
-  // normals: of any length, or none: they stay what they are.
+  // normals: of any length; if there are none, they stay as they are.
   void ask(std::span<const Vec3> points, std::span<const Vec3> normals) noexcept {
     for (std::size_t i = 0; i < points.size(); ++i) points_.asked.put(i, points[i]);
     has_asked_normals_ = !normals.empty();
     for (std::size_t i = 0; i < normals.size(); ++i) normals_.asked.put(i, unit(normals[i]));
     is_asked_ = true;
   }
-  // They rest there from now on.
+  // Moves points and normals at once. They rest there from now on.
   void jump(std::span<const Vec3> points, std::span<const Vec3> normals) noexcept {
     lacks_normals_ = normals.empty() && (lacks_normals_ || (shape_.has_normals && !is_driven_));
     for (std::size_t i = 0; i < points.size(); ++i) points_.rest(i, points[i]);
@@ -67,7 +67,7 @@ class DrivenSkin {
     is_driven_ = true;
     is_asked_ = false;
   }
-  // Before a call: of a skin that jumped before anything had moved it, without normals, those stay what they were.
+  // Called before each call. If a skin jumped without normals before anything had driven it, its normals stay as they were.
   template <class Undriven>
   void arrive(const Undriven& undriven) noexcept {
     if (!lacks_normals_) return;
@@ -75,8 +75,8 @@ class DrivenSkin {
     lacks_normals_ = false;
   }
 
-  // Its points and normals, and those that it is to go to, are carried along. start: null of a skin that follows a motion,
-  // which is carried itself; else where it rests until something drives it.
+  // Carries along its points and normals, present and asked for. start: where it rests until something drives it; null for a
+  // skin that follows a motion, which is carried itself.
   void carry(const RigidMotion& by, const SkinStart* start) noexcept {
     if (start != nullptr && !is_driven_) {
       for (std::size_t i = 0; i < shape_.particles; ++i) points_.rest(i, start->points[i]);
@@ -96,7 +96,7 @@ class DrivenSkin {
     }
   }
 
-  // A step of this duration begins, of a skin that has a path; undriven(i): a point of it where nothing has driven it yet.
+  // Begins a step of this duration for a skin that has a path. undriven(i): point i of a skin that nothing has driven yet.
   template <class Undriven>
   void begin(const Clock& clock, double duration, const Undriven& undriven) noexcept {
     for (std::size_t i = 0; i < shape_.particles; ++i) {
@@ -111,7 +111,7 @@ class DrivenSkin {
     step_ = {clock, duration};
   }
 
-  // How much of the step has passed, for at().
+  // The part of the step that has passed, for on_the_way().
   [[nodiscard]] double part(const Clock& clock) const noexcept { return step_.part_passed(clock); }
 
   // One axis of all points, or of all normals: m in the world, and m/s.
@@ -121,7 +121,7 @@ class DrivenSkin {
   [[nodiscard]] Axis points(std::size_t axis) const noexcept { return points_.axis(axis); }
   [[nodiscard]] Axis normals(std::size_t axis) const noexcept { return normals_.axis(axis); }
 
-  // Element i of an axis at the step's end, and when so much of the step has passed.
+  // Element i of an axis at the step's end, and when this part of the step has passed.
   [[nodiscard]] static auto at_end() noexcept {
     return [](const Axis& axis, std::size_t i) { return axis.to[i]; };
   }
@@ -144,7 +144,7 @@ class DrivenSkin {
   }
 
  private:
-  // Axis by axis, so that what goes over all points is vectorised.
+  // Stored axis by axis, so that loops over all points are vectorised.
   struct Vectors {
     std::array<std::vector<double>, 3> axes{};
 
@@ -186,7 +186,7 @@ class DrivenSkin {
   SkinShape shape_;
   Path points_, normals_;
   bool is_asked_ = false, has_asked_normals_ = false, is_driven_ = false;
-  bool lacks_normals_ = false;  // and takes those that it had before it was driven
+  bool lacks_normals_ = false;  // takes the normals that it had before it was driven
   DrivenStep step_;
 };
 

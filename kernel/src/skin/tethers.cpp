@@ -6,7 +6,7 @@
 
 namespace dvdx {
 
-// By Dijkstra from all of them at once. Among those that are equally far the one of the least number counts.
+// Dijkstra's algorithm from all anchors at once. Among anchors that are equally far the one with the least number counts.
 std::vector<TetherTo> tethers_of(std::span<const JoinedPair> springs, std::span<const double> w) {
   struct Edge {
     std::uint32_t to;

@@ -1,4 +1,4 @@
-// Tethers: which particle each hangs from, and how far along the springs.
+// Tethers: the particle that each one hangs from, and the distance to it along the springs.
 #pragma once
 
 #include <cstdint>
@@ -10,7 +10,7 @@
 
 namespace dvdx {
 
-// The nearest fixed or kinematic particle of each particle of a network, and how far it is along whole springs.
+// For a particle of a network: the nearest fixed or kinematic particle, and the distance to it along whole springs.
 struct TetherTo {
   std::optional<std::uint32_t> anchor{};  // none: no spring leads to one
   double length = 0;                      // m
