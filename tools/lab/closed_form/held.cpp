@@ -37,8 +37,7 @@ class Holding {
           const Vector& v)
       : surfaces_(surfaces), touching_(touching), field_(field), x_(x), v_(v), a_(field.at(v)) {}
 
-  // Searches the surfaces that press, the smallest set first: their pressures are positive, and the particle does not
-  // accelerate into the others.
+  // Finds the smallest set of surfaces that press: all pressures positive, no acceleration into the others.
   Held held() {
     const std::size_t most = std::min<std::size_t>(3, touching_.size());
     for (std::size_t size = 0; size <= most; ++size) {

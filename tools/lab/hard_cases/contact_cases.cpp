@@ -370,8 +370,7 @@ Worst slides_just_above(CaseRun& way) {
   return slides_down<T>(way, 0.4, 0.3, {1.01, 1.1});
 }
 
-// A frictionless puck thrown obliquely at the floor keeps its tangential motion through bounces and rest; the error is in eps
-// of the distance.
+// A frictionless puck thrown obliquely at the floor keeps its tangential motion, bounces and rest included: in eps of the way.
 template <class T>
 Worst oblique_puck(CaseRun& way) {
   Worst worst;

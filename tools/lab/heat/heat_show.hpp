@@ -13,7 +13,7 @@ namespace dvdx::tool::stability {
 [[nodiscard]] std::string to_text(const std::vector<HeatRun>& runs);
 [[nodiscard]] nlohmann::ordered_json to_json(const std::vector<HeatRun>& runs);
 
-// "mesh 48x48, k 1e+04 N/m, 2 sub-steps": the values of a setting that differ from its group's defaults
+// "mesh 48x48, 10000 N/m, 2 sub-steps, float32, seed 7": omits further values that are a setting's defaults
 [[nodiscard]] std::string text_of(const Setting& setting);
 
 struct HeatPicture {
