@@ -6,14 +6,13 @@
 // Equation   x'' = -a - W x - g v above the plane x = 0
 // Path       the flow, or with a straight sweep the chord of the rest of the step
 // Impact     at the first root f of the path, with v_f from the flow. Under a alone the path is a parabola with a closed form
-//             for f; otherwise the root is found by bisection.
+//            for f; otherwise the root is found by bisection.
 // Pulse      dv = -(1 + e) v_f at f. By dx = Int Int a, the flow carries it over the rest r of the step: dx = dv p1(r), and dv
-//             p0(r) remains; p1 = r, sin(omega r)/omega or (1 - exp(-g r))/g, p0 its derivative. Brown's own second pulse ends
-//             the step on the plane instead.
+//            p0(r) remains; p1 = r, sin(omega r)/omega or (1 - exp(-g r))/g, p0 its derivative. Brown's own second pulse ends
+//            the step on the plane instead.
 // Rest       e = 0 if the bounces after an impact, 2 e v_f/(1 - e) long in units of the acceleration, end within the step
 // Energy     under a alone, e = 1: E' - E = dv (v1 + dv/2) + a dx = 2 v_f (v_f - v1 - (1-f) t a) = 0, for v1 = v_f - (1-f) t a.
-//            If the step ends on the plane, the speed is |v_f| less (1-f) t a, and the height is lost: E'/E = (1 - (1-f) t
-//             a/|v_f|)^2.
+//            With the end on the plane the speed is |v_f| less (1-f) t a, the height is lost: E'/E = (1 - (1-f) t a/|v_f|)^2.
 
 namespace dvdx::tool::stability {
 namespace {

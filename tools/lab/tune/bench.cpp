@@ -31,8 +31,7 @@ SceneFile file_for(SceneFile file, Precision precision) {
   return file;
 }
 
-// A reference off by a tenth of the goal still separates runs that keep the goal from those that miss it, but does not rank
-// better runs.
+// A reference off by a tenth of the goal still shows which runs keep the goal, but not which are far better.
 report::Reference reference_for(SceneFile sample, const report::Grid& grid, double goal, const report::Setup& setup) {
   sample.scene.origin = {};  // comparisons are in world coordinates
   const bool is_swept = !sample.scene.networks.empty() || !sample.scene.constraints.empty();

@@ -59,8 +59,7 @@ std::vector<Ladder> ladders_of_methods(const SceneFile& file, const report::Grid
   return ladders;
 }
 
-// One step in the coarsest step, or the scene's own number of steps: a sub-step is only slightly cheaper than a step of its
-// size.
+// One step in the coarsest step, or the scene's own number: a sub-step is only slightly cheaper than a step of its size.
 std::vector<std::uint64_t> parts_for(const SceneFile& file, const report::Grid& grid) {
   const auto own = static_cast<std::uint64_t>(std::llround(grid.coarsest / file.step));
   return own == 1 ? std::vector<std::uint64_t>{1} : std::vector<std::uint64_t>{1, own};

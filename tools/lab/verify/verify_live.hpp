@@ -5,8 +5,7 @@
 
 namespace dvdx::tool {
 
-// Covers instruction sets, layouts, threads and blocks, and steps one by one and many in a call. Big scenes run for fewer
-// steps.
+// Covers instruction sets, layouts, threads, blocks, and one or many steps in a call. Big scenes run for fewer steps.
 [[nodiscard]] Verdict verify_live(const SceneFile& file, std::uint64_t steps, Precision precision,
                                   std::optional<Arithmetic> only);
 
