@@ -1,4 +1,4 @@
-// Balls that particles stay in or out of: the twins' bits, the pendulum's closed form, and that no energy is given.
+// Balls that particles stay inside or outside: the twins' bits, the pendulum's closed form, and no gain of energy.
 #include <doctest/doctest.h>
 
 #include <algorithm>
@@ -27,7 +27,7 @@ constexpr double infinite = std::numeric_limits<double>::infinity();
 
 // ---- the pass by itself -------------------------------------------------------------------------------------------------
 
-// Columns of a pass over 96 balls, the last ten of which belong to no particle.
+// The columns of a pass over 96 balls, of which the last ten belong to no particle.
 template <class T>
 struct Columns {
   static constexpr std::size_t balls = 96, particles = 86, size = 128;
@@ -37,7 +37,7 @@ struct Columns {
   WorkColumns<T> work;
   BallTerms<T> terms;
 
-  // In a row: the elements are side by side, but for two that change places.
+  // With `in_a_row` the elements are contiguous, except for two that are swapped.
   Columns(double per_step, bool in_a_row) {
     const auto axes = [&](std::size_t first) {
       return std::array<T*, 3>{memory[first].data(), memory[first + 1].data(), memory[first + 2].data()};
@@ -59,7 +59,7 @@ struct Columns {
   Columns(const Columns&) = delete;
   Columns& operator=(const Columns&) = delete;
 
-  // Some far inside, some on the ball, some beyond it, some that go right through it; bad and held ones among them.
+  // Particles far inside, on the ball, beyond it, and passing right through it, with bad and held ones among them.
   void fill(std::size_t seed) {
     for (std::size_t s = 0; s < balls; ++s) {
       const auto i = static_cast<std::size_t>(element[s]);
@@ -88,7 +88,7 @@ struct Columns {
     }
   }
 
-  // All are far from breaking the bound, but for one that goes right through its ball and, of at_most, out.
+  // All particles are far from the bound, except for one that passes right through its ball and, for at_most, out of it.
   void keep_calm(Bound bound, std::size_t one) {
     for (std::size_t s = 0; s < balls; ++s) {
       const auto i = static_cast<std::size_t>(element[s]);
