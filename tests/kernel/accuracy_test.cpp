@@ -39,8 +39,7 @@ double difference(const std::vector<double>& a, const std::vector<double>& b) {
   return std::sqrt(sum);
 }
 
-// The difference made by halving the step, averaged over steps near 1/steps: impacts fall at different times within their
-// steps.
+// The difference made by halving the step, averaged over steps near 1/steps: impacts fall at different parts of a step.
 double halved(const Scene& scene, const Start& start, int steps, int samples) {
   double sum = 0;
   for (int k = 0; k < samples; ++k) {

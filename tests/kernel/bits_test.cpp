@@ -154,8 +154,7 @@ std::pair<Flow, StepFeatures> path_of(const NamedScene& scene, std::size_t count
   return {motion.flow, motion.features};
 }
 
-// Checks every `every`th scene, beginning with number `from`, in turns from `turn` on, so that all scenes together meet every
-// turn.
+// Checks every `every`th scene, beginning with number `from`, in turns from `turn` on: all scenes together meet every turn.
 template <class T>
 void check_medium(Arithmetic arithmetic, std::size_t count, std::size_t steps, std::size_t every, std::size_t from,
                   std::size_t turn) {

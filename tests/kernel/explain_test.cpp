@@ -166,8 +166,7 @@ TEST_CASE_TEMPLATE("explain: bytes and operations are those of the step that it 
     int operations;
   };
   // An axis: drift x + (S v + Q) and v + (P - B v), 3 + 3. Fused e = x - c, x + (S v - C e), v - (A e + B v), 1 + 4 + 4. Shear
-  // e = x - c and back, t1 v and t2 v added, s e + kappa v subtracted, 2 + 2 + 2 + 4. Driven flows add two, and each sinusoid
-  // adds four.
+  // e = x - c and back, t1 v and t2 v added, s e + kappa v subtracted, 2 + 2 + 2 + 4. Driven: + 2; a sinusoid: + 4.
   Scene falling, bound, damped, forced, twice_forced;
   falling.add(Constant{.acceleration = {0, -9.81, 0}});
   bound.add(Spring{.stiffness = 9.0});

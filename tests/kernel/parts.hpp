@@ -125,8 +125,7 @@ inline void place(const Sheet& sheet, State<float> state, std::span<const std::u
 
 inline constexpr std::size_t steps = 3;
 
-// The plan's frequency is the most expensive result. It is requested only if neither the scene nor the sheet's rows give the
-// limit.
+// The plan's frequency is expensive. It is requested only if neither the scene nor the sheet's rows give the limit.
 inline NetworkLimit limit_of(const Sheet& sheet, const Scene& scene, const Options& options, const Plan<float>& plan) {
   if (scene.coupling.substeps && scene.coupling.theta) {
     NetworkLimit given;

@@ -314,8 +314,7 @@ TEST_CASE("air: kinematic particles are not moved by it, and their velocity coun
     for (const Coupling& coupling : couplings()) {
       const std::vector<double> values = stepped<double>(with(form, coupling), {}, 1);
       CHECK(is_close(values[4], -6, 1e-12));
-      // Two of each triangle's three corners move at 6 m/s through still air. The fourth particle is a corner of both
-      // triangles.
+      // Each triangle has two of its three corners at 6 m/s in still air. The fourth particle is a corner of both triangles.
       const double u = 4;
       const double force = 2 * air.density * 0.5 * u * u / 2 / 3;
       CHECK(is_close(values[6 * 3 + 4] * carried.scene.mass[3] / carried.step, force, 1e-3));
