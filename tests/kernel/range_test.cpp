@@ -139,8 +139,7 @@ TEST_CASE("range: a spring whose angle in a step means nothing is refused, and t
   }
 }
 
-// A past defect: for a coefficient beyond float32 the search for paired roundings took the largest float as a neighbour of
-// infinity.
+// A past defect: beyond float32 the search for paired roundings took the largest float as a neighbour of infinity.
 TEST_CASE("range: springs whose coefficients float32 cannot hold are refused, damped or not, one for all or one each") {
   for (const double damping : {0.0, 1e-3}) {
     const auto spring = [&](const auto& stiffness) { return with(Spring{.stiffness = stiffness, .damping = damping}); };

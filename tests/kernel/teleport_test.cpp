@@ -138,8 +138,7 @@ struct Teleport {
   Told told = Told::after;
 };
 
-// The values after `frames` frames. drive(plan, frame, way) sets a program's targets in each frame; `way` is the teleport so
-// far.
+// The values after `frames` frames. drive(plan, frame, way) sets a program's targets; `way` is the teleport so far.
 template <class T, class Drive>
 std::vector<double> run(const Joined& scene, std::size_t frames, const Teleport& teleport, const Drive& drive,
                         const Options& options = {}, Layout layout = Layout::soa) {

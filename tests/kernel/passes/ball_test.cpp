@@ -131,8 +131,7 @@ Joined in_ball(const Vec3& x, const Vec3& v, double r, double step) {
   return joined;
 }
 
-// s: the period of a pendulum of length 1 m that starts at rest at `angle` from the lowest point, by the arithmetic-geometric
-// mean.
+// s: the period of a pendulum of 1 m that starts at rest at `angle` from its lowest point, by the arithmetic-geometric mean.
 double period(double angle, double g) {
   double a = 1, b = std::cos(angle / 2);
   for (int k = 0; k < 8; ++k) {

@@ -183,8 +183,7 @@ TEST_CASE("bodies: what springs and drag bend meets them as it does a sphere and
   const Vec3 center{0, -0.8, 0};
   const auto sphere = after(of, touched(Sphere{.center = center, .radius = 0.5}), 60);
   CHECK(furthest(sphere, after(of, touched(Capsule{.ends = {{center, center}}, .radius = {0.5, 0.5}}), 60)) < 1e-9);
-  // A plane finds dips that end outside the step in which they begin by their lowest point, bodies find them by the first
-  // guess.
+  // A plane finds dips that end outside their first step by their lowest point, bodies find them by the first guess.
   const auto plane = after(of, touched(Plane{.offset = -0.4}), 60);
   CHECK(furthest(plane, after(of, touched(OrientedBox{.center = {0, -10.4, 0}, .half_extents = {50, 10, 50}}), 60)) < 5e-3);
 }

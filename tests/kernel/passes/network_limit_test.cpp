@@ -129,8 +129,7 @@ TEST_CASE("network: a damped pair is stable with as many sub-steps as the plan s
   CHECK(std::abs(v(after, 1, 0) + v(after, 0, 0) - 3) < 1e-12);
 }
 
-// From omega h = 3.106 to 3.133 a sub-step of the fourth order is stable, but its energy oscillates by more than a factor of
-// two.
+// From omega h = 3.106 to 3.133 a sub-step of the fourth order is stable, but its energy more than doubles at times.
 TEST_CASE("network: the fourth order's own sub-steps keep a pair's energy within twice, near its limit too") {
   for (int n = 0; n < 30; ++n) {
     const double angle = 30.9 + 0.015 * n;  // for a step

@@ -110,10 +110,9 @@ TEST_CASE("network: a forward and a backward sweep act on two particles alike, i
   }
 }
 
-// The fourth order moves back slightly between two pulses. A particle that has just left the floor is then below it for a
-// while.
+// The fourth order moves back slightly between two pulses. A particle that just left the floor is then below it for a while.
 TEST_CASE("network: a bounce between the pulses of the fourth order is one bounce, though the scheme goes back over it") {
-  for (const double height : {0.42, 0.59, 0.3}) {  // the bounce is followed by a backward flow, by two, and by none
+  for (const double height : {0.42, 0.59, 0.3}) {  // a backward flow passes the impact again, in two of them
     Joined pair;
     pair.x = {{0, height, 0}, {10, 5, 0}};
     pair.v = {{0, -1, 0}, {0, 0, 0}};
