@@ -423,7 +423,7 @@ TEST_CASE("two that begin in one place part at the speed that is documented, wit
   }
 }
 
-// ---- what moves, reports, workspaces ----------------------------------------------------------------------------------------
+// ---- motions, reports, workspaces -------------------------------------------------------------------------------------------
 
 TEST_CASE("a pile weighs on the floor what its balls weigh, and one ball what it weighs") {
   constexpr std::size_t steps = 60;

@@ -54,7 +54,7 @@ std::size_t count_of_all(const std::vector<Vec3>& x, const std::vector<Triangle>
   return count;
 }
 
-// A sheet of 1 m by 1 m with two columns; its places are set by the test.
+// A grid of 1 m by 1 m with two columns.
 Grid flat(std::size_t first, std::size_t rows) {
   return Grid{
       .rows = rows, .columns = 2, .first = first, .edge_u = {1, 0, 0}, .edge_v = {0, 0, 1}, .structural = 1, .shear = 1};

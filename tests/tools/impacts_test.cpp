@@ -275,7 +275,7 @@ TEST_CASE("on top of a sphere and at the bottom of one a ball bounces as on a fl
   }
 }
 
-// --- what is not covered -----------------------------------------------------------------------------------------------------
+// --- motions not covered -----------------------------------------------------------------------------------------------------
 
 TEST_CASE("motions that are not followed are told by name") {
   auto spring = puck({1, 0, 0}, {0, -10, 0}, 0);

@@ -439,7 +439,7 @@ TEST_CASE("a key that another scheme alone reads is refused beside this one") {
   CHECK(message("accumulate", "axis", "start").empty());
 }
 
-// ---- what is wrong -----------------------------------------------------------------------------------------------------
+// ---- refusals ----------------------------------------------------------------------------------------------------------
 
 enum class BySchema { refused, accepted };  // whether a schema can detect it
 

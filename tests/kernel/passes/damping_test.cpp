@@ -312,7 +312,7 @@ TEST_CASE("damping: with the fewest sub-steps a strongly damped pair does not gr
   }
 }
 
-// ---- what must be kept -------------------------------------------------------------------------------------------------
+// ---- conserved quantities ----------------------------------------------------------------------------------------------
 
 TEST_CASE("damping: a free sheet keeps its momentum, and the damped part of its springs takes energy") {
   for (const Coupling& coupling : {leapfrog, fourth_order}) {

@@ -179,7 +179,8 @@ TEST_CASE("uneven steps: the rest does not depend on the step that is taken") {
     CHECK(test::is_close(after(1), y, 1e-6));
     return y;
   };
-  // Drag and springs take turns, which moves the rest by the square of the step; a T of its own would move it by a tenth.
+  // Drag and springs act in turn, which moves the rest by the step's square. A separate T for each step would move it by a
+  // tenth.
   const double y = lowest(hz60);
   for (const double h : {hz60 / 2, hz60 / 3}) CHECK(test::is_close(lowest(h), y, 2e-3));
 }

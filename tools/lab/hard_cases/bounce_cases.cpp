@@ -95,7 +95,7 @@ Worst elastic_energy(CaseRun& way) {
   return worst;
 }
 
-// --- 30, 42: what an impact leaves ---------------------------------------------------------------------------------------
+// --- 30, 42: the result of an impact -------------------------------------------------------------------------------------
 
 template <class T>
 Vec3 left_of(CaseRun& way, double restitution, double viscosity, double friction) {

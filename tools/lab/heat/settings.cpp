@@ -13,7 +13,7 @@ constexpr double mass = 1;  // kg
 // m
 double width_of(const Setting& setting) { return setting.drives_pins() ? 1 : 2; }
 
-// ---- what is drawn -----------------------------------------------------------------------------------------------------
+// ---- random draws ------------------------------------------------------------------------------------------------------
 
 // Random choices for one run. Each kind of choice has its own number, so that a new kind changes no other choice.
 class Draw {
