@@ -44,7 +44,7 @@ struct Surface {
   [[nodiscard]] Real slope(const Vector& x, const Vector& way, const Vector& rate) const {
     return is_plane ? dot(n, rate) : side * dot(x + way - center, rate) / radius;
   }
-  // The curvature of a sphere adds this acceleration of the gap to a tangential velocity.
+  // A tangential velocity accelerates the gap of a sphere by this much.
   [[nodiscard]] Real curvature_term(const Vector& v) const { return is_plane ? 0 : side * dot(v, v) / radius; }
 };
 

@@ -40,7 +40,7 @@ struct Coupled {  // the way in which networks were stepped
 // A value of a run that is comparable beyond the horizon.
 struct BeyondValue {
   double value = 0;
-  double off = 0;  // difference from the mean, in standard deviations between starts
+  double off = 0;  // difference from the mean, in units of the spread expected with this number of starts
   bool agrees = true;
 };
 
