@@ -164,8 +164,7 @@ Worst long_damped_run(CaseRun& way) {
   return worst;
 }
 
-// --- 11: the separate methods lose or gain the energy that their determinants predict
-// -----------------------------------------
+// --- 11: the separate methods lose or gain the energy that their determinants predict ---------------------------------------
 
 // The determinant of a step of springs z_i = omega_i h, each integrated separately, in closed form.
 long double determinant_of(Method method, const std::vector<double>& angles) {
