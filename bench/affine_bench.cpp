@@ -1,4 +1,4 @@
-// The affine pass by flow: six columns read and written, 4 multiply-adds an axis or fewer.
+// The affine pass by flow: six columns read and written, at most 4 multiply-adds an axis.
 #include "support/benches.hpp"
 #include "support/plan_bench.hpp"
 #include "support/scenes.hpp"

@@ -1,5 +1,5 @@
-// Every bar that dvdx's speed is held to, in one run. A bar is a ratio of two pieces of work that are timed in turn; the table
-// shows the median of the rounds and their span, so that what else the machine does can be seen.
+// Every performance bar of dvdx in one run. A bar is the ratio of two pieces of work timed in turn. The table shows the median
+// of the rounds and their span, which reveals other load on the machine.
 //   dvdx_bars [--quick] [--only HEADING] [--json FILE]
 #include "bars/bars.hpp"
 
@@ -55,7 +55,7 @@ const std::vector<Section>& sections() {
   return all;
 }
 
-// Those whose heading contains the text.
+// Runs the sections whose heading contains the text.
 bool run_sections(Report& report, const Run& run, const std::string& text) {
   bool is_any = false;
   for (const Section& section : sections()) {

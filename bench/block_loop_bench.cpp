@@ -1,4 +1,4 @@
-// The block loop: how many steps a block takes while it is in cache, by where the batch lies and by threads.
+// The block loop: time against the number of steps of a block in cache, by the batch's place in memory and by threads.
 #include "support/benches.hpp"
 #include "support/plan_bench.hpp"
 #include "support/scenes.hpp"

@@ -1,5 +1,5 @@
-// Changes of a plan while it runs: a sheet of 64x64 at 5 sub-steps, one thread. `of_step` is what a change takes as a part of
-// what one step takes, measured in the same run; `bar` is the most that it should be.
+// Changes of a plan while it runs: a sheet of 64x64 at 5 sub-steps, one thread. `of_step` is the time of a change divided by
+// that of one step, both measured in the same run; `bar` is its upper limit.
 #include <benchmark/benchmark.h>
 
 #include <algorithm>
@@ -27,12 +27,12 @@ Scene sheet(Scheme scheme, Form form) {
   return scene;
 }
 
-constexpr std::size_t most_changes = (side - 2) * (side - 2);  // then every inner particle has had one
-constexpr double step = 1.0 / 480;                             // s: stable in 5 sub-steps in any position, by leapfrog
+constexpr std::size_t most_changes = (side - 2) * (side - 2);  // each inner particle has changed once
+constexpr double step = 1.0 / 480;                             // s: with 5 sub-steps, leapfrog is stable in any position
 
 using Clock = std::chrono::steady_clock;
 
-// s: the shortest of some.
+// s: the shortest of several runs.
 template <class Work>
 double shortest(int rounds, const Work& work) {
   double least = 1;
@@ -44,7 +44,7 @@ double shortest(int rounds, const Work& work) {
   return least;
 }
 
-// change(plan, n): the n-th of a run of changes. At the end the plan steps as one compiled anew.
+// change(plan, n) makes the n-th change of a run. At the end the plan must step as one compiled anew.
 template <class Change>
 void time_change(benchmark::State& timing, const Scene& scene, double bar, const Change& change) {
   Held<float> held = hung();
@@ -73,7 +73,7 @@ void time_change(benchmark::State& timing, const Scene& scene, double bar, const
   }
 }
 
-// The inner particles of the sheet in turn.
+// The index of the sheet's n-th inner particle, cyclically.
 std::size_t inner(std::size_t n) { return (1 + n / (side - 2) % (side - 2)) * side + 1 + n % (side - 2); }
 
 void add_changes(const std::string& name, const Scene& scene) {
@@ -114,7 +114,7 @@ void add_changes(const std::string& name, const Scene& scene) {
   });
 }
 
-// of_step of the whole plan, for one more state or from nothing.
+// Times making the whole plan, for one more state or from nothing, relative to one step.
 template <class Make>
 void time_plan(benchmark::State& timing, const Scene& scene, double bar, const Make& make, double h = step) {
   Held<float> held = hung();
@@ -139,7 +139,7 @@ void register_change() {
         time_plan(timing, scene, 0.5,
                   [](const Plan<float>& plan, const Scene&, const State<float>&) { benchmark::DoNotOptimize(plan.clone()); });
       });
-      Scene by_frames = scene;  // of a frame's sub-steps
+      Scene by_frames = scene;  // with the sub-steps of a whole frame
       by_frames.coupling.substeps.reset();
       add(Pace::timed, "change/check/" + of, [=](benchmark::State& timing) {
         const auto check = [](const Plan<float>& plan, const Scene&, const State<float>& state) {

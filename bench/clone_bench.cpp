@@ -1,4 +1,4 @@
-// A plan of a 64x64 sheet for one more state: compiled again, cloned, or a workspace alone. `bytes` is what each takes.
+// A plan of a 64x64 sheet for one more state: compiled again, cloned, or with a workspace only. `bytes` is the memory of each.
 #include <benchmark/benchmark.h>
 
 #include <string>
@@ -12,7 +12,7 @@
 namespace dvdx::bench {
 namespace {
 
-// A clone steps a state as its plan does.
+// Returns true if a clone steps a state as its plan does.
 bool is_right(const Plan<float>& plan) {
   Held<float> by_plan = hung();
   Held<float> by_clone = hung();

@@ -1,4 +1,4 @@
-// The cost of compensated float32 beside the precisions that it stands between, and beside Kahan's sum in float32 lanes.
+// The cost of compensated float32 compared with float32, float64, and Kahan's sum in float32 lanes.
 #include "dvdx/layouts/convert.hpp"
 #include "support/benches.hpp"
 #include "support/plan_bench.hpp"

@@ -10,8 +10,8 @@
 namespace dvdx::bench {
 namespace {
 
-// Rods or ropes of `links` one after the other, as long as they are at the start. The reference that results are compared with
-// holds 4097 particles: the last of them is alone in every batch.
+// Rods or ropes of `links` in a row, with the lengths of the start. The reference that results are compared with holds 4097
+// particles, so the last of them is free in every batch.
 Scene linked(std::size_t count, std::uint32_t links, Bound bound) {
   Scene scene = fall();
   Distance distance{.pairs = {}, .length = std::nullopt, .bound = bound};
@@ -21,7 +21,7 @@ Scene linked(std::size_t count, std::uint32_t links, Bound bound) {
   return scene.add(std::move(distance));
 }
 
-// Every particle falls onto its limit, 0.1 mm away, and hangs there; or out of the ball behind it.
+// Every particle falls onto its limit, 0.1 mm away, and hangs there; or it falls out of the ball behind it.
 Scene on_a_skin(std::size_t count, bool is_near) {
   Scene scene = fall();
   Skin skin{.particles = {}, .points = {}, .at_most = is_near ? 1e-4 : 1e4};

@@ -1,4 +1,4 @@
-// The contact pass: what looking for impacts costs where there are none, and what they cost.
+// The contact pass: the cost of the search for impacts where there are none, and the cost of impacts.
 #include <string>
 #include <utility>
 #include <variant>
@@ -16,7 +16,7 @@ Scene thrown() {
   return scene.add(Constant{.acceleration = {0, -9.81, 0}});
 }
 
-// Wind into the corner of a floor and two walls.
+// Wind that blows into the corner of a floor and two walls.
 Scene corner() {
   Scene scene = fall();
   for (const Vec3& normal : {Vec3{0, 1, 0}, Vec3{-1, 0, 0}, Vec3{0, 0, 1}}) {
@@ -25,7 +25,7 @@ Scene corner() {
   return scene.add(Constant{.acceleration = {6, 0, -5}});
 }
 
-// On the floor, along a wall and in the corner, by turns.
+// Starts on the floor, along a wall and in the corner, in turn.
 template <class T>
 void start_cornered(State<T>& state) {
   for (std::size_t i = 0; i < state.count; ++i) {
@@ -35,7 +35,7 @@ void start_cornered(State<T>& state) {
   }
 }
 
-// 64 capsules beside each other: far from all particles, or where each of them flies through some.
+// 64 capsules side by side: far from all particles, or so that each meets some in flight.
 Scene capsules(double height) {
   Scene scene = fall();
   for (int k = 0; k < 64; ++k) {
@@ -45,7 +45,7 @@ Scene capsules(double height) {
   return scene;
 }
 
-// Far off, and on its way up or around: what surfaces that move cost where nothing touches them.
+// A distant contact that moves up or around: the cost of moving surfaces that nothing touches.
 Scene with_motion(Contact contact, const Vec3& translation, const Vec3& rotation) {
   Scene scene = fall();
   scene.motions = {{.keys = {{.time = 0}, {.time = 1e3, .translation = translation, .rotation = rotation}}}};
@@ -76,7 +76,7 @@ void add_contacts(Pace pace) {
   add_in_cache<T>(pace, {.name = "contact/oblique_plane", .scene = in(fall(), far_floor({1, 2, 0.5}))});
   add_in_cache<T>(pace, {.name = "contact/sphere", .scene = in(meadow(), far_shell())});
   add_everywhere<T>(pace, {.name = "contact/all_hit", .scene = in(thrown(), floor()), .start = start_hopping<T>});
-  for (const std::size_t steps : {std::size_t{1}, std::size_t{16}}) {  // a call
+  for (const std::size_t steps : {std::size_t{1}, std::size_t{16}}) {  // steps a call
     const std::string ends = steps == 1 ? "" : "/steps:" + std::to_string(steps);
     add_in_cache<T>(
         pace, {.name = "contact/resting" + ends, .scene = in(thrown(), ground()), .start = start_resting<T>, .steps = steps});

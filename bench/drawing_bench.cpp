@@ -1,4 +1,4 @@
-// Normals and bounds for drawing, in ns a particle; and what a report of contacts costs a step.
+// Normals and bounds for drawing, in ns a particle, and the cost of a contact report in a step.
 #include <vector>
 
 #include "dvdx/drawing.hpp"
@@ -45,7 +45,7 @@ void time_sheet(benchmark::State& timing, std::size_t side, const Work& work) {
 
 enum class Told { nothing, contacts };
 
-// A thousand particles that hop on a floor, or lie on it.
+// A thousand particles that hop or rest on a floor.
 void time_report(benchmark::State& timing, Told told, const Plane& surface, void (*start)(State<float>&)) {
   constexpr std::size_t count = 1024;
   Scene scene;

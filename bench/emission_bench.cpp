@@ -1,4 +1,4 @@
-// The emission pass: particles born a second, on a disc and with a spread.
+// The emission pass: particles born per second, on a disc and with a spread.
 #include <memory>
 
 #include "isa/passes.hpp"

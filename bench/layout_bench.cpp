@@ -1,4 +1,4 @@
-// The same step over memory of every layout.
+// The same step on every memory layout.
 #include "support/benches.hpp"
 #include "support/plan_bench.hpp"
 #include "support/scenes.hpp"
@@ -29,7 +29,7 @@ void add_layouts(Pace pace) {
   }
 }
 
-// Plain loops over the same structs, for the machine and for any of its kind.
+// Plain loops over the same structs, compiled for this machine and for any of its architecture.
 void add_plain_structs(Pace pace) {
   for (std::size_t k = 0; k < struct_shapes.size(); ++k) {
     for (const auto& [machine, step_of] :

@@ -1,4 +1,4 @@
-// Particles that meet: a settled pile of grains by sub-step, the pairs' rounds, and the building of its lists.
+// Particles that meet: a settled pile of grains by sub-step, the rounds of pairs, and the building of the pair lists.
 #include <cstddef>
 #include <cstdint>
 #include <map>
@@ -17,11 +17,11 @@ namespace dvdx::bench {
 namespace {
 
 constexpr double d = 0.02;           // m
-constexpr double room_beside = 0.5;  // grains
+constexpr double room_beside = 0.5;  // grains: the offset of every second layer
 
 Size heaped(Pace pace) { return pace == Pace::timed ? Size{"10000", 10000} : Size{"500", 500}; }
 
-// Layer on layer, every second one beside the others so that grains fall into hollows, a little out of line.
+// Grains in layers. Every second layer is offset so that grains fall into hollows, and all are slightly out of line.
 Held<float> heap(std::size_t count, std::size_t side) {
   Held<float> held = hold_padded<float>(count);
   scatter_about(held.state);
@@ -82,7 +82,7 @@ void time_pile(benchmark::State& timing, std::size_t count, std::size_t settled,
   if (!is_same_bits(same.state, expected.state, count)) timing.SkipWithError("differs from the reference");
 }
 
-// Where grains are after so many frames, worked out once.
+// The grains' positions after `frames` frames, computed once.
 const std::vector<MetListed<float>>& settled_heap(std::size_t count, std::size_t frames) {
   static std::map<std::size_t, std::vector<MetListed<float>>> heaps;
   std::vector<MetListed<float>>& x = heaps[count];
@@ -95,7 +95,7 @@ const std::vector<MetListed<float>>& settled_heap(std::size_t count, std::size_t
   return x;
 }
 
-// With a reach of a fifth of a grain.
+// Builds lists with a reach of a fifth of a grain.
 void time_lists(benchmark::State& timing, std::size_t count, std::size_t frames, Isa isa, int threads) {
   const std::vector<MetListed<float>>& x = settled_heap(count, frames);
   if (x.empty()) return timing.SkipWithError("no heap");

@@ -1,5 +1,5 @@
-// The network pass: a hanging sheet with shear, as a grid and as a list of springs, by pulses and by sweeps. An item is a
-// spring in a sub-step, whatever the sub-step does with it: flows, one pulse or a forward and a backward sweep. A call has
+// The network pass: a hanging sheet with shear, as a grid and as a list of springs, by pulses and by sweeps. An item is one
+// spring in one sub-step, whether that consists of flows, of one pulse, or of a forward and a backward sweep. A call takes
 // twenty sub-steps, or those of a game's frame.
 #include <benchmark/benchmark.h>
 
@@ -23,9 +23,9 @@
 namespace dvdx::bench {
 namespace {
 
-constexpr double step = 1e-4;  // s, so that a soft sheet is stable at any size here
+constexpr double step = 1e-4;  // s: a soft sheet of any size here is stable
 
-// Shuffled: its particles numbered in any order. Irregular: besides, it lacks one spring, and so is no sheet to what sweeps it.
+// Shuffled: the particles are numbered at random. Irregular: one spring is missing as well, so that sweeps find no sheet.
 enum class Lie { grid, list, shuffled, irregular };
 
 struct Sheet {
@@ -46,7 +46,7 @@ Grid grid_of(std::size_t side, double damping) {
           .damping = damping};
 }
 
-// Where each particle of the sheet stands among the caller's.
+// The index of each of the sheet's particles in the caller's order.
 std::vector<std::uint32_t> places(const Sheet& sheet, std::size_t side) {
   std::vector<std::uint32_t> place(side * side);
   std::iota(place.begin(), place.end(), 0U);
@@ -97,7 +97,7 @@ void lay_flat(State<T>& state, const Sheet& sheet, std::size_t side) {
 
 std::size_t springs_in(std::size_t side) { return 2 * side * (side - 1) + 2 * (side - 1) * (side - 1); }
 
-// Estimates have bits of their own: within what a few roundings leave of positions of metres.
+// Estimates have different bits. They must agree within a few roundings of positions of metres.
 template <class T>
 bool is_near(const State<T>& a, const State<T>& b) {
   const T most = 16 * std::numeric_limits<T>::epsilon();
@@ -109,8 +109,8 @@ bool is_near(const State<T>& a, const State<T>& b) {
   return true;
 }
 
-// Where the scalar reference takes a sheet in one step: made when it is first asked for, once for all that step that sheet in
-// that arithmetic.
+// The scalar reference's state of a sheet after one step. It is computed at first use, once for all plans that step the sheet
+// in that arithmetic.
 template <class T>
 class ByReference {
  public:
@@ -183,7 +183,7 @@ const std::vector<Sheet>& sheets() {
   return all;
 }
 
-// A million particles take seconds to be compiled: one sheet of each way through memory.
+// Compiling a million particles takes seconds. One sheet is timed for each way through memory.
 bool is_large_too(const Sheet& sheet) {
   constexpr std::array names = {"grid", "graph", "grid_sequential", "shuffled_sequential", "irregular_sequential"};
   return std::any_of(names.begin(), names.end(), [&](const char* name) { return sheet.name == name; });
@@ -212,7 +212,7 @@ void add_sheets(Pace pace) {
   }
 }
 
-// Springs as a list over an array of structs, as a text book has it.
+// A list of springs over an array of structs, as in a textbook.
 void time_plain_springs(benchmark::State& timing, std::size_t side) {
   PlainSprings<float> plain = plain_sheet<float>(side);
   for (auto _ : timing) {

@@ -1,4 +1,4 @@
-// The radial pass: a spring with a rest length, alike for all particles.
+// The radial pass: a spring with a rest length, the same for all particles.
 #include "support/benches.hpp"
 #include "support/plan_bench.hpp"
 #include "support/scenes.hpp"

@@ -1,4 +1,4 @@
-// The rate pass: making coefficients each (items are particles), and stepping with them.
+// The rate pass: making a particle's own coefficients (items are particles), and stepping with them.
 #include <array>
 
 #include "isa/passes.hpp"
@@ -9,7 +9,7 @@
 namespace dvdx::bench {
 namespace {
 
-// The columns that the pass reads and those that it makes, for `count` particles of 1 to 2 kg.
+// The input and output columns of the pass, for `count` particles of 1 to 2 kg.
 class RateColumns {
  public:
   explicit RateColumns(std::size_t count) {

@@ -1,4 +1,4 @@
-// The removal pass in cache, and what coming and going costs a step of a million particles.
+// The removal pass in cache, and the cost of births and removals in a step of a million particles.
 #include <array>
 
 #include "isa/passes.hpp"
@@ -13,7 +13,7 @@ constexpr std::size_t in_cache = 1024;
 
 Size many(Pace pace) { return pace == Pace::timed ? Size{"million", 1'000'000} : Size{"thousands", 20'000}; }
 
-// Eight columns of 4 bytes, every n-th particle removed, copied to a place of their own so that each turn has as much to do.
+// Eight columns of 4 bytes, every n-th particle removed. The copy goes elsewhere, so that each turn has the same work.
 void time_compaction(benchmark::State& timing, Isa isa, std::size_t every) {
   std::vector<std::uint64_t> removed(in_cache / 64);
   for (std::size_t i = 0; i < in_cache; i += every) removed[i / 64] |= std::uint64_t{1} << (i % 64);

@@ -1,4 +1,4 @@
-// The cost of a call: step() of few particles, seek and set_step. Steps of many: block_loop_bench.cpp.
+// The cost of a call: step() of few particles, seek and set_step. For steps of many particles see block_loop_bench.cpp.
 #include "support/benches.hpp"
 #include "support/plan_bench.hpp"
 #include "support/scenes.hpp"

@@ -39,7 +39,7 @@ Plan<T> make_plan(const Scene& scene, const Options& options = {}) {
   return std::move(*plan);
 }
 
-// A plan, its particles, and how it is called.
+// A plan, its particles, and the way it is called.
 template <class T>
 struct Stepper {
   std::shared_ptr<Plan<T>> plan;
@@ -61,8 +61,7 @@ Stepper<T> stepper(const Scene& scene, const Held<T>& held, std::size_t steps, i
   return {std::make_shared<Plan<T>>(make_plan<T>(scene, options)), held, steps, on_threads(threads)};
 }
 
-// The six columns scaled, one slice of them a thread. The factor is 1: values stay what they are, and the compiler knows
-// nothing.
+// Scales the six columns, one slice for each thread. The factor is 1, which keeps the values; the compiler does not know it.
 struct Scaling {
   PlainArrays<float> arrays;
   int threads = 1;
@@ -89,7 +88,7 @@ inline std::string against(const Race& race, std::size_t steps_a, std::size_t st
   return per_step(race.a, steps_a) + " against " + per_step(race.b, steps_b) + " a particle and step";
 }
 
-// a/b of particle-steps per second or the like, where b did `more` times the work of a.
+// The ratio a/b in particle-steps per second or the like, if b did `more` times the work of a.
 inline Race times(Race race, double more) {
   race.median *= more;
   race.lowest *= more;
@@ -102,7 +101,7 @@ inline std::string threads_of(int threads) { return threads == 1 ? ", 1 thread" 
 // Steps the particles held by a scene whose networks join them.
 Stepper<float> joined_stepper(Scene scene, const Held<float>& held);
 
-// Bars of one subject each. What is in memory takes its particles from the caller.
+// Bars of one subject each. Bars in memory take their particles from the caller.
 void affine_in_memory(Report& report, const Run& run, const Held<float>& held);
 void affine_in_cache(Report& report, const Run& run);
 void steps_per_call(Report& report, const Run& run, const Held<float>& held);

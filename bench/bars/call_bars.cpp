@@ -1,4 +1,4 @@
-// The cost of a call by itself, births and removals, and calls by C.
+// The cost of a call by itself, births and removals, and calls through C.
 #include <array>
 #include <cstdlib>
 #include <memory>
@@ -20,7 +20,7 @@
 namespace dvdx::bench {
 namespace {
 
-// Gravity and drag by C's functions, over arrays of the caller's.
+// Gravity and drag through C's functions, over the caller's arrays.
 class SteppedByC {
  public:
   SteppedByC(float* const (&columns)[6], std::size_t count, int threads)
@@ -83,7 +83,7 @@ void overheads(Report& report, const Run& run, const Held<float>& held) {
   }
 }
 
-// One step a call: more steps a call leave the particles in cache, and then the births are most of the work.
+// One step a call: more steps a call leave the particles in cache, and births then dominate the work.
 void turnover(Report& report, const Run& run) {
   constexpr std::size_t million = 1'000'000;
   for (const auto& [name, scene] :
@@ -91,7 +91,7 @@ void turnover(Report& report, const Run& run) {
     for (int threads = 1; threads <= most_threads(); ++threads) {
       const Jet jet = make_jet(scene, million, 0.02, 1, threads, SurvivorOrder::kept);
       const Jet in_any_order = make_jet(scene, million, 0.02, 1, threads, SurvivorOrder::any);
-      Held<float> same = hold_padded<float>(million);  // as the jet stands, so that as many touch the ground
+      Held<float> same = hold_padded<float>(million);  // a copy of the jet, so that as many particles touch the ground
       for (std::size_t i = 0; i < million; ++i) {
         for (std::size_t axis = 0; axis < 3; ++axis) {
           same.state.x[axis][i] = jet.live->state.x[axis][i % jet.live->state.count];

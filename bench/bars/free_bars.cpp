@@ -1,4 +1,4 @@
-// Particles by themselves, beside plain loops, over threads, and at the surfaces that they meet.
+// Free particles compared with plain loops, over threads, and at surfaces.
 #include <algorithm>
 #include <array>
 #include <string>
@@ -46,7 +46,7 @@ PlainAos plain_aos(const State<float>& state) {
   return plain;
 }
 
-// The same particles before every call, so that a call always meets the same numbers.
+// Restores the same particles before every call, so that each call processes the same numbers.
 struct FromStart {
   Stepper<float> step;
   State<float> start;
@@ -56,7 +56,7 @@ struct FromStart {
   }
 };
 
-// The longest that any stretch of a decay takes, a step, by the kernel itself in the floating-point environment of the caller.
+// Returns the largest time per step of any stretch of a decay, by the kernel itself in the caller's floating-point environment.
 double longest_unflushed_step(Isa isa) {
   constexpr std::size_t stretch = 25, until = 1000, tries = 5;
   const Scene scene = overdamped();
@@ -153,7 +153,7 @@ void two_threads(Report& report, const Run& run, const Held<float>& held) {
     const std::size_t work = particles.state.count * steps;
     report.bar("two threads / one, " + name, {true, 1.85}, race, against(race, work, work));
   };
-  // Many short samples: one of them finds both cores free, even where other programs run.
+  // Many short samples: one of them finds both cores free even while other programs run.
   bar("16384 particles, 64 steps a call", {.rounds = run.effort.rounds, .samples = 40, .seconds = 0, .timer = Timer::wall},
       small, 64);
   bar("8 million, 8 steps a call", run.in_memory_on(2), held, 8);
@@ -164,7 +164,7 @@ void decay(Report& report, const Run& run) {
   const Held<float> start = scattered<float>(in_cache), resting = scattered<float>(in_cache),
                     scratch = scattered<float>(in_cache);
   stepper(overdamped(), resting, 400)();
-  Held<float> fading = scattered<float>(in_cache);  // what a step's first products underflow from
+  Held<float> fading = scattered<float>(in_cache);  // the first products of a step underflow
   for (auto* columns : {&fading.state.x, &fading.state.v}) {
     for (auto& column : *columns) {
       for (std::size_t i = 0; i < in_cache; ++i) column[i] *= 1e-38F;

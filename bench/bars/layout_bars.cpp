@@ -1,4 +1,4 @@
-// Layouts beside each other, and beside plain loops over the same structs.
+// Layouts compared with each other, and with plain loops over the same structs.
 #include <array>
 #include <string>
 #include <utility>
@@ -16,7 +16,7 @@
 namespace dvdx::bench {
 namespace {
 
-// A plain loop over the very same structs, and a scaling of all their bytes.
+// A plain loop over the same structs, and a scaling of all their bytes.
 struct PlainStructs {
   PlainStructStep step;
   Held<float> held;
@@ -56,7 +56,7 @@ void structs(Report& report, const Run& run) {
     Scene scene;
     Flies flies;
     PlainFlow flow;
-    double bound, bound_in_pieces, bound_in_memory;  // of a plain loop's time; the first two in cache
+    double bound, bound_in_pieces, bound_in_memory;  // relative to a plain loop's time; the first two in cache
   };
   const PlainFlow falling{0, 3e-4F, 0, 0.0166F, {0, -0.16F, 0}, {0, -1.4e-3F, 0}, -1e9F};
   const std::array flown{
@@ -87,7 +87,7 @@ void structs(Report& report, const Run& run) {
   }
 }
 
-// Other layouts against columns.
+// Other layouts compared with columns.
 void layouts_beside_columns(Report& report, const Run& run) {
   struct Tiled {
     std::string name;

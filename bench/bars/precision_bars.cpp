@@ -1,4 +1,4 @@
-// A damped spring, beside Runge and Kutta: the work that a precision takes.
+// A damped spring compared with Runge-Kutta: the work for a given precision.
 #include <array>
 #include <cmath>
 #include <cstdio>
@@ -18,7 +18,7 @@ namespace {
 constexpr double spring_rate = 4 * 3.14159265358979323846 * 3.14159265358979323846 * 4;  // 2 Hz: W = (2 pi 2)^2, 1/s^2
 constexpr double drag_rate = 0.3, horizon = 10;                                          // 1/s, s
 
-// Relative error of the end state against the closed form: the root mean square in the energy's norm.
+// The relative error of the end state against the closed form: root mean square in the energy norm.
 template <class T>
 double end_error(const State<T>& end, const State<T>& start) {
   const double wd = std::sqrt(spring_rate - drag_rate * drag_rate / 4), decay = std::exp(-drag_rate / 2 * horizon);

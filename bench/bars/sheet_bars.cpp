@@ -1,4 +1,4 @@
-// Sheets: a hundred of them, a moving world's cost, and the air's.
+// Sheets: a hundred of them, the cost of a moving world, and the cost of air.
 #include <array>
 #include <cstdio>
 #include <cstdlib>
@@ -19,7 +19,7 @@
 namespace dvdx::bench {
 namespace {
 
-// One plan's sheets, a copy of the same one each; or as many states of one plan.
+// Copies of one sheet in one plan, or the same number of states of one plan.
 struct Sheets {
   static constexpr std::size_t many = 100;
 
@@ -48,7 +48,7 @@ struct Sheets {
   static Stepper<float> alone(Scheme scheme) { return joined_stepper(hung_sheet(scheme), hung()); }
 };
 
-// Clones of a plan, each with a state of its own, over threads.
+// Clones of a plan, each with its own state, over threads.
 class States {
  public:
   States(const Stepper<float>& one, int threads) : parallel_(on_threads(threads)) {
@@ -103,7 +103,7 @@ void hundred_sheets(Report& report, const Run& run) {
   }
 }
 
-// The cost of each feature to a sheet's step.
+// The cost that each feature adds to a sheet's step.
 void moving_world(Report& report, const Run& run) {
   const Scene plain = hung_sheet(Scheme::leapfrog);
   const auto bar = [&](const std::string& name, double bound, const Scene& with, const Scene& without) {

@@ -1,5 +1,5 @@
-// Bullet's soft bodies in single precision, as Debian builds them: the position-based solver of btSoftRigidDynamicsWorld and
-// the mass-spring force of btDeformableMultiBodyDynamicsWorld, explicit and implicit. Nothing is there to collide with.
+// Bullet's soft bodies in single precision, as Debian builds them: the position-based solver of btSoftRigidDynamicsWorld, and
+// the explicit and implicit mass-spring force of btDeformableMultiBodyDynamicsWorld. The world has no other bodies.
 #include <BulletDynamics/Featherstone/btMultiBodyConstraintSolver.h>
 #include <BulletSoftBody/btDeformableBodySolver.h>
 #include <BulletSoftBody/btDeformableGravityForce.h>
@@ -22,7 +22,7 @@ namespace {
 
 btScalar scalar(double value) { return static_cast<btScalar>(value); }
 
-// The parts that every world of Bullet needs.
+// The objects that every Bullet world needs.
 struct Surroundings {
   btSoftBodyRigidBodyCollisionConfiguration configuration;
   btCollisionDispatcher dispatcher{&configuration};
@@ -67,11 +67,11 @@ double time_steps(World& world, int substeps, double seconds) {
   });
 }
 
-// The share of a spring's error that one sub-step's iterations together take away is that of XPBD with the compliance
-// 1/stiffness: Bullet itself knows only a share for each iteration, which is why its cloth's stiffness hangs on the step.
+// All iterations of a sub-step together remove the share of a spring's error that XPBD with the compliance 1/stiffness removes.
+// Bullet itself sets a share for each iteration, which makes its cloth's stiffness depend on the step.
 void link_by_share(btSoftBody& body, const Cloth& cloth, int substeps, int iterations) {
   const double h = frame_time / substeps;
-  std::map<double, btSoftBody::Material*> materials;  // by the inverse masses' sum
+  std::map<double, btSoftBody::Material*> materials;  // by the sum of the inverse masses
   for (const Edge& edge : cloth.edges) {
     const double w = cloth.inverse_mass[edge.a] + cloth.inverse_mass[edge.b];
     btSoftBody::Material*& material = materials[w];
@@ -108,7 +108,7 @@ tl::expected<Outcome, std::string> run_deformable(const Cloth& cloth, int subste
                                            &surroundings.configuration, &bodies);
   set_world(world.getWorldInfo(), surroundings);
   world.setImplicit(is_implicit);
-  world.setUseProjection(true);  // without it the implicit solver leaves a cloth with fixed nodes where it is
+  world.setUseProjection(true);  // without projection the implicit solver does not move a cloth with fixed nodes
   const auto body = body_of(cloth, world.getWorldInfo());
   for (const Edge& edge : cloth.edges) body->appendLink(static_cast<int>(edge.a), static_cast<int>(edge.b));
   body->m_sleepingThreshold = 0;

@@ -54,7 +54,7 @@ void fix(Cloth& cloth) {
   for (const std::size_t i : cloth.fixed) cloth.inverse_mass[i] = 0;
 }
 
-// The force by the mass with which springs at rest resist small displacements p: (M^-1 K p)_i.
+// Returns the force divided by the mass with which springs at rest resist small displacements p: (M^-1 K p)_i.
 std::vector<double> stiffened(const Cloth& cloth, const std::vector<double>& p) {
   const std::size_t n = cloth.nodes();
   std::vector<double> result(3 * n);
@@ -75,7 +75,7 @@ std::vector<double> stiffened(const Cloth& cloth, const std::vector<double>& p) 
   return result;
 }
 
-// By power iteration; from below, by well under a percent.
+// Power iteration gives a value too low by well under a percent.
 double highest_frequency(const Cloth& cloth) {
   std::vector<double> p(3 * cloth.nodes());
   for (std::size_t i = 0; i < p.size(); ++i) p[i] = std::sin(1.7 * static_cast<double>(i * i));
@@ -100,7 +100,7 @@ double position_error(const Cloth& cloth, const Motion& motion, const Motion& ex
   return std::sqrt(sum / static_cast<double>(cloth.nodes())) / cloth_side;
 }
 
-// Kicks and drifts of the fourth-order splitting of Blanes and Moan (2002) for second-order equations, SRKN 6 b.
+// The kicks and drifts of the fourth-order splitting of Blanes and Moan (2002) for second-order equations, SRKN 6 b.
 constexpr std::array<double, 3> kicks = {0.0829844064174052, 0.396309801498368, -0.0390563049223486};
 constexpr std::array<double, 2> drifts = {0.245298957184271, 0.604872665711080};
 constexpr std::array<double, 7> all_kicks = {kicks[0], kicks[1], kicks[2], 1 - 2 * (kicks[0] + kicks[1] + kicks[2]),

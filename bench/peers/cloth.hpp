@@ -1,4 +1,4 @@
-// The hanging cloth that every library simulates alike, and the reference that it is measured against.
+// The hanging cloth that every library simulates, and its reference.
 #pragma once
 
 #include <cstddef>
@@ -24,22 +24,23 @@ struct Motion {
   std::vector<double> x, v;
 };
 
-// size by size nodes; node (row, column) is row * size + column. Every edge, the diagonals too, is a spring of one stiffness.
+// size by size nodes; node (row, column) has the index row * size + column. All edges, including diagonals, are springs of one
+// stiffness.
 struct Cloth {
   char scene = 'H';  // H: flat, two corners of the first row fixed; C: 30 degrees from the vertical, the first row fixed
   std::size_t size = 32;
   double stiffness = 1e4;   // N/m
-  Vec3 edge_u{}, edge_v{};  // m, the whole sheet's
+  Vec3 edge_u{}, edge_v{};  // m, along the whole sheet
   std::vector<Edge> edges;
   std::vector<std::size_t> fixed;
-  std::vector<double> inverse_mass;  // 1/kg, 0 where fixed
+  std::vector<double> inverse_mass;  // 1/kg, 0 for fixed nodes
   Motion start;
-  double frequency = 0;  // rad/s, the highest of the springs at the start
+  double frequency = 0;  // rad/s, the highest frequency of the springs at the start
 
   [[nodiscard]] std::size_t nodes() const { return size * size; }
   [[nodiscard]] double node_mass() const { return cloth_mass / static_cast<double>(nodes()); }
   [[nodiscard]] double spacing() const { return cloth_side / static_cast<double>(size - 1); }
-  // Leapfrog's sub-steps a frame at the limit of its stability.
+  // Leapfrog's sub-steps a frame at its stability limit.
   [[nodiscard]] double limit() const { return frequency * frame_time / 2; }
 };
 
@@ -50,11 +51,11 @@ struct Deviation {
   double energy = 0;    // relative to m g side, signed
 };
 
-// The motion after `seconds`, by a splitting of fourth order in double precision whose step is halved until the positions stay.
+// The motion after `seconds`, by a fourth-order splitting in double precision. Its step is halved until the positions settle.
 struct Reference {
   Motion motion;
   double energy = 0;  // J
-  double change = 0;  // that the last halving made, relative to the side: 15 times the error that is left
+  double change = 0;  // by the last halving, relative to the side: 15 times the remaining error
   int substeps = 0;   // a frame
 };
 

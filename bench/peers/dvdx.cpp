@@ -1,4 +1,4 @@
-// This library, by its public interface.
+// This library, through its public interface.
 #include <optional>
 
 #include "dvdx/layouts/soa.hpp"
@@ -8,9 +8,9 @@
 namespace dvdx::bench {
 namespace {
 
-constexpr int chosen = 0;  // the knob of a run whose sub-steps the plan chooses
+constexpr int chosen = 0;  // the knob's value if the plan chooses the sub-steps
 
-enum class Lie { grid, mesh };  // mesh: the same springs as a list, of which nobody says that they are a grid's
+enum class Lie { grid, mesh };  // mesh: the same springs as a list, without the information that they form a grid
 
 struct Variant {
   Scheme scheme = Scheme::leapfrog;
@@ -90,7 +90,7 @@ std::vector<int> with_chosen(std::vector<int> ladder) {
 }
 std::vector<int> leapfrog_counts(const Cloth& cloth) { return with_chosen(leapfrog_ladder(cloth)); }
 std::vector<int> chosen_alone(const Cloth& /*cloth*/) { return {chosen}; }
-// Stable while frequency times sub-step is below 2.9 at least.
+// The scheme is stable while frequency times sub-step is below 2.9 at least.
 std::vector<int> fourth_order_counts(const Cloth& cloth) { return with_chosen(explicit_ladder(cloth, 1.4)); }
 
 }  // namespace

@@ -1,4 +1,4 @@
-// boost::odeint over the plain sheet's accelerations in double precision, first with fixed sub-steps, then with a tolerance.
+// boost::odeint over the plain sheet's accelerations in double precision, with fixed sub-steps and with a tolerance.
 #include <algorithm>
 #include <boost/numeric/odeint.hpp>
 #include <boost/version.hpp>
@@ -13,7 +13,7 @@ namespace {
 namespace ode = boost::numeric::odeint;
 using Values = std::vector<double>;
 
-// x'' = a(x), as the steppers for second-order equations take it.
+// x'' = a(x), in the form of the steppers for second-order equations.
 struct Acceleration {
   PlainSheet<double>& sheet;
   void operator()(const Values& x, Values& a) const { sheet.accelerate(x.data(), a.data()); }
@@ -22,7 +22,7 @@ struct Acceleration {
   }
 };
 
-// The same of first order: all positions, then all velocities.
+// The same as a first-order system: all positions, then all velocities.
 struct Rate {
   PlainSheet<double>& sheet;
   void operator()(const Values& state, Values& rate, double /*time*/) const {

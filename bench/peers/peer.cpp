@@ -7,7 +7,7 @@
 
 namespace dvdx::bench {
 
-// One ladder for all methods that may take any number of sub-steps: each may meet a goal with as few as it needs.
+// One ladder for all methods that accept any number of sub-steps: each meets a goal with as few as it needs.
 std::vector<int> any_ladder(const Cloth& /*cloth*/) {
   return {1,  2,  3,  4,  5,  6,  7,  8,  9,  10, 12, 14,  16,  18,  20, 22,
           25, 28, 30, 35, 40, 45, 50, 60, 70, 80, 90, 100, 140, 200, 500};
@@ -21,7 +21,7 @@ std::vector<int> explicit_ladder(const Cloth& cloth, double reach) {
   return ladder;
 }
 
-// A little inside the limit, because the springs stiffen as the cloth moves.
+// Slightly below the limit, because the springs stiffen as the cloth moves.
 std::vector<int> leapfrog_ladder(const Cloth& cloth) { return explicit_ladder(cloth, 0.93); }
 
 std::vector<int> tolerance_ladder(const Cloth& /*cloth*/) { return {2, 3, 4, 5, 6, 7, 8}; }

@@ -1,5 +1,5 @@
-// Hanging cloth by dvdx, by other libraries and by plain loops: the same scene, stiffness and start for all, time per simulated
-// second against error.
+// Hanging cloth by dvdx, by other libraries and by plain loops: time per simulated second against error, with the same scene,
+// stiffness and start for all.
 //   dvdx_peers [--size 32] [--scenes H,C] [--stiffness 1e2,1e4,1e6] [--only TEXT] [--json FILE] [--all] [--quick]
 #include <fmt/core.h>
 
@@ -15,7 +15,7 @@
 namespace dvdx::bench {
 namespace {
 
-constexpr double duration = 0.5;  // simulated s: scene H turns chaotic soon after
+constexpr double duration = 0.5;  // simulated s: scene H becomes chaotic soon after
 
 struct Options {
   std::size_t size = 32;
@@ -25,9 +25,9 @@ struct Options {
   bool is_full = false, is_quick = false;
 
   [[nodiscard]] int repeats() const { return is_quick ? 1 : 3; }
-  // A ladder ends, too, at the goal that tells whether a method is right, or the last that is timed.
+  // A ladder also ends at this goal: the one that shows that a method is right, or the last one that is timed.
   [[nodiscard]] const Goal& enough() const { return is_quick ? goals.front() : goals.back(); }
-  [[nodiscard]] double longest() const { return is_quick ? 0.5 : 5; }  // s: what takes longer ends a ladder
+  [[nodiscard]] double longest() const { return is_quick ? 0.5 : 5; }  // s: a longer run ends the ladder
 };
 
 Peers all_peers() {
@@ -52,7 +52,7 @@ Peers all_peers() {
   return all;
 }
 
-// The shortest of some runs; of one where that takes long.
+// The shortest of several runs, or the only one if it takes long.
 tl::expected<Outcome, std::string> timed(const Peer& peer, const Cloth& cloth, int knob, int repeats) {
   auto outcome = peer.run(cloth, knob, duration);
   for (int i = 1; outcome && i < repeats && outcome->seconds < 1; ++i) {
@@ -90,7 +90,7 @@ SceneResult race_all(const Cloth& cloth, const Options& options) {
   return result;
 }
 
-// Whether each dvdx method came within the loosest goal of the reference.
+// Returns true if each dvdx method came within the loosest goal of the reference.
 bool is_right(const SceneResult& result) {
   bool all = true;
   for (const Method& method : result.methods) {
@@ -110,7 +110,7 @@ int run(Options options) {
       results.push_back(race_all(make_cloth(scene.front(), options.size, stiffness), options));
       print_table(results.back());
       std::fflush(stdout);
-      if (!options.json.empty()) write_json(options.json, results, load);  // what there is, should the rest be cut short
+      if (!options.json.empty()) write_json(options.json, results, load);  // keeps the results so far if the rest is cut short
     }
   }
   if (options.is_full) {

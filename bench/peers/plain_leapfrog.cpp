@@ -1,4 +1,4 @@
-// Leapfrog as most would write it first: an array of structs and a list of springs.
+// Leapfrog in its simplest form: an array of structs and a list of springs.
 #include <cmath>
 
 #include "peers/peer.hpp"

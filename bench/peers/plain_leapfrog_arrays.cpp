@@ -1,4 +1,4 @@
-// Leapfrog over plain arrays that the compiler vectorises: what figures of two machines can be scaled by.
+// Leapfrog over plain arrays that the compiler vectorises. Its figures scale those of two machines.
 #include <algorithm>
 
 #include "peers/peer.hpp"

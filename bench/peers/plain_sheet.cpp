@@ -36,7 +36,7 @@ void pull(Planes<T> a, Planes<T> b, const T* __restrict stiffness, T rest, std::
   }
 }
 
-// d/dx of the above times q, the difference of two displacements.
+// The derivative of the force above by x, times q, the difference of two displacements.
 template <class T>
 void pull_linear(Planes<T> a, Planes<T> b, Planes<T> p, Planes<T> q, const T* __restrict stiffness, T rest, std::size_t count,
                  Forces<T>& __restrict force) {

@@ -1,5 +1,5 @@
-// The cloth's springs as plain loops over plain arrays, for the compiler to vectorise as it can: what the plain leapfrog, the
-// solvers of ordinary differential equations and the reference share.
+// The cloth's springs as plain loops over plain arrays that the compiler may vectorise. The plain leapfrog, the ODE solvers and
+// the reference share them.
 #pragma once
 
 #include <array>
@@ -16,13 +16,13 @@ class PlainSheet {
   explicit PlainSheet(const Cloth& cloth);
 
   [[nodiscard]] std::size_t nodes() const { return inverse_mass_.size(); }
-  // a = springs / mass + gravity, 0 where fixed; x and a hold all x, then all y, then all z.
+  // a = springs / mass + gravity, 0 for fixed nodes; x and a hold all x, then all y, then all z.
   void accelerate(const T* x, T* a);
   // The same, linear in small displacements p from x, without gravity.
   void accelerate_linear(const T* x, const T* p, T* a);
 
  private:
-  // All springs that lead from a node to the one `offset` further: node i's has stiffness[i], 0 where the row ends.
+  // All springs from a node to the one `offset` further. Node i's has stiffness[i], 0 at the end of a row.
   struct Family {
     std::size_t offset;
     T rest;

@@ -28,10 +28,10 @@ Row<T> row_at(Nodes<T>& nodes, std::size_t i) {
 
 template <class T>
 struct Pull {
-  T rest, softness;  // m, and compliance over the sub-step's square: 1/kg
+  T rest, softness;  // m; compliance divided by the squared sub-step: 1/kg
 };
 
-// Node i of row a with node i of row b. Compilers believe __restrict of parameters alone.
+// Projects node i of row a and node i of row b. Compilers honour __restrict on parameters only.
 template <class T>
 void project(T* __restrict ax, T* __restrict ay, T* __restrict az, const T* __restrict aw, T* __restrict bx, T* __restrict by,
              T* __restrict bz, const T* __restrict bw, Pull<T> pull, std::size_t count) {
@@ -54,7 +54,7 @@ void project_across(Row<T> a, Row<T> b, Pull<T> pull, std::size_t count) {
   project(a.x, a.y, a.z, a.w, b.x, b.y, b.z, b.w, pull, count);
 }
 
-// Node 2 i of a row with node 2 i + 1.
+// Projects node 2 i of a row and node 2 i + 1.
 template <class T>
 void project_pairs(T* __restrict px, T* __restrict py, T* __restrict pz, const T* __restrict w, Pull<T> pull,
                    std::size_t count) {

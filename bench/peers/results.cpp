@@ -28,7 +28,7 @@ std::string title(const SceneResult& result) {
                      result.scene, result.stiffness, result.size, result.size, result.springs, result.limit);
 }
 
-// JSON has neither infinity nor NaN: null stands for both.
+// JSON has neither infinity nor NaN: null replaces both.
 nlohmann::ordered_json number(double value) {
   if (!std::isfinite(value)) return nullptr;
   return value;

@@ -15,19 +15,19 @@ struct Goal {
   double position;
   double energy = std::numeric_limits<double>::infinity();
 };
-// The second keeps the energy too: position alone flatters methods whose springs still ring.
+// The second goal limits the energy too: position alone favours methods whose springs still oscillate.
 inline constexpr std::array<Goal, 5> goals = {{{0.1}, {0.1, 0.1}, {0.01}, {0.001}, {0.0001}}};
 
 struct Run {
   std::string knob;
-  double milliseconds = 0;  // of computing, a simulated second
+  double milliseconds = 0;  // of computing for each simulated second
   Deviation deviation;
 };
 
 struct Method {
   std::string name, knob;
   std::vector<Run> runs;
-  std::string refusal;  // why nothing could run
+  std::string refusal;  // the reason if nothing could run
 };
 
 struct SceneResult {
@@ -39,7 +39,7 @@ struct SceneResult {
   std::vector<Method> methods;
 };
 
-// The cheapest run that meets the goal, or none.
+// The cheapest run that meets the goal; null if there is none.
 [[nodiscard]] const Run* cheapest(const Method& method, const Goal& goal);
 
 void print_table(const SceneResult& result);

@@ -1,4 +1,4 @@
-// SUNDIALS' CVODE over the plain sheet's accelerations in double precision: Adams' formulas with functional iteration, and
+// SUNDIALS' CVODE over the plain sheet's accelerations in double precision: Adams methods with functional iteration, and
 // backward differentiation with Newton's iteration, GMRES and the exact product with the Jacobian.
 #include <cvode/cvode.h>
 #include <nvector/nvector_serial.h>
@@ -17,7 +17,7 @@
 namespace dvdx::bench {
 namespace {
 
-constexpr double patience = 10;  // s of computing: what takes longer has no result
+constexpr double patience = 10;  // s of computing; a longer run has no result
 
 int rate_of(double /*time*/, N_Vector state, N_Vector rate, void* sheet) {
   const auto half = static_cast<std::size_t>(N_VGetLength(state)) / 2;
@@ -40,7 +40,7 @@ int jacobian_times(N_Vector by, N_Vector product, double /*time*/, N_Vector stat
 
 void say_nothing(int /*code*/, const char* /*module*/, const char* /*function*/, char* /*message*/, void* /*data*/) {}
 
-// One integration: what SUNDIALS wants made and given back.
+// One integration, and the SUNDIALS objects that it creates and frees.
 class Integration {
  public:
   Integration(const Cloth& cloth, int formulas) : sheet_(cloth) {
@@ -82,7 +82,7 @@ class Integration {
     return CVodeSetLinearSolver(memory_, linear_, nullptr) == CVLS_SUCCESS &&
            CVodeSetJacTimes(memory_, nullptr, jacobian_times) == CVLS_SUCCESS;
   }
-  // CVODE's code: below 0 where it gave up, or where it took longer than anyone waits.
+  // Returns CVODE's code: below 0 if it gave up, or if it took longer than `patience`.
   int run(double seconds) {
     const double start = now(Timer::thread);
     double reached = 0;

@@ -1,4 +1,4 @@
-// One function a pass, each in the file of that name.
+// One function for each pass, in the file of that name.
 #pragma once
 
 #include "support/pace.hpp"
@@ -19,7 +19,7 @@ void register_layout(Pace pace);
 void register_compensated(Pace pace);
 void register_clone(Pace pace);
 void register_meet(Pace pace);
-void register_change();  // timed at any pace: what is compared is a plan after many changes
+void register_change();  // timed at any pace, because a plan is compared after many changes
 void register_drawing(Pace pace);
 
 }  // namespace dvdx::bench

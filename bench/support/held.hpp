@@ -1,4 +1,4 @@
-// Particles together with the memory they lie in, in every layout that is timed.
+// Particles together with their memory, in every layout that is timed.
 #pragma once
 
 #include <cstddef>
@@ -21,7 +21,7 @@ struct Held {
 template <class T>
 using Hold = Held<T> (*)(std::size_t count);
 
-// Where particle i starts: within 1 m of the origin, slower than 1 m/s, alike for every layout and count.
+// Starts particles within 1 m of the origin, slower than 1 m/s, the same in every layout and count.
 template <class T>
 void scatter_about(State<T>& state) {
   std::size_t seed = 1;
@@ -44,7 +44,7 @@ Held<T> hold_padded(std::size_t count) {
   return {memory, memory->view()};
 }
 
-// Six arrays of the caller, `pitch` elements apart and exactly full.
+// Six separate arrays, `pitch` elements apart and exactly full.
 template <class T>
 Held<T> hold_apart(std::size_t count, std::size_t pitch) {
   const auto memory = std::make_shared<AlignedArray<T>>(aligned_array<T>(6 * pitch + 4096 / sizeof(T)));
@@ -55,7 +55,7 @@ template <class T>
 Held<T> hold_full(std::size_t count) {
   return hold_apart<T>(count, column_pitch<T>(count));
 }
-// A multiple of 4096 bytes apart, as large allocations come.
+// The distance is a multiple of 4096 bytes, as in large allocations.
 template <class T>
 Held<T> hold_pages(std::size_t count) {
   constexpr std::size_t page = 4096 / sizeof(T);
@@ -78,7 +78,7 @@ Held<T> hold_tiles(std::size_t count) {
   return {memory, memory->view()};
 }
 
-// For contiguous layouts alone.
+// Contiguous layouts only.
 template <class T>
 PlainArrays<T> arrays_of(const State<T>& state) {
   return {

@@ -1,4 +1,4 @@
-// The machine that a figure was measured on.
+// The machine on which a figure was measured.
 #pragma once
 
 #include <string>
@@ -7,10 +7,9 @@ namespace dvdx::bench {
 
 struct Machine {
   std::string cpu, compiler, date;
-  std::string
-      openmp;  // how its threads are bound and wait: where other programs run, threads that are not bound may share a core
+  std::string openmp;  // how its threads are bound and wait: beside other programs, unbound threads may share a core
   unsigned cores = 0;
-  double load = 0;  // of the last minute: what else ran
+  double load = 0;  // of the last minute: other programs
 };
 
 Machine this_machine();

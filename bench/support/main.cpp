@@ -9,7 +9,7 @@
 
 namespace {
 
-// The reporter that was asked for, and whether a benchmark said that its result is wrong.
+// Forwards to the selected reporter, and records whether a benchmark reported a wrong result.
 class Watched final : public benchmark::BenchmarkReporter {
  public:
   bool ReportContext(const Context& context) override { return shown_->ReportContext(context); }
@@ -25,7 +25,7 @@ class Watched final : public benchmark::BenchmarkReporter {
   bool is_wrong_ = false;
 };
 
-// Whether the option stands among the arguments, of which it is then none.
+// Returns true if the option is among the arguments, and removes it.
 bool take(std::string_view option, int& argc, char** argv) {
   char** const end = std::remove(argv + 1, argv + argc, option);
   const bool is_there = end != argv + argc;
@@ -35,8 +35,8 @@ bool take(std::string_view option, int& argc, char** argv) {
 
 }  // namespace
 
-// dvdx_bench [--quick] [--benchmark_filter=REGEX] and Google Benchmark's other options. Exit code 1 where a result differs from
-// what it is compared with, or nothing ran.
+// dvdx_bench [--quick] [--benchmark_filter=REGEX] and Google Benchmark's other options. The exit code is 1 if a result differs
+// from its reference, or if nothing ran.
 int main(int argc, char** argv) {
   using namespace dvdx::bench;
   const Pace pace = take("--quick", argc, argv) ? Pace::quick : Pace::timed;

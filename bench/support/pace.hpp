@@ -1,10 +1,10 @@
-// Runs of the benchmarks are for figures, or for a look at results.
+// Benchmarks run for figures, or only to check results.
 #pragma once
 
 namespace dvdx::bench {
 
-// Timed: each is repeated until its figure holds. Quick: each runs once and is compared, and batches that only a figure needs
-// as large are smaller.
+// Timed: each benchmark repeats until its figure is stable. Quick: each runs once and is compared, with smaller batches where
+// only a figure needs large ones.
 enum class Pace { timed, quick };
 
 }  // namespace dvdx::bench

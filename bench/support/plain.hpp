@@ -1,5 +1,5 @@
-// The loops that a plain program would write, which the benchmarks hold the passes against. Compiled apart, with
-// -O3 -march=native and every freedom of contraction that the compiler takes by default.
+// The loops of a plain program, with which the benchmarks compare the passes. They are compiled separately, with -O3
+// -march=native and the compiler's default freedom to contract.
 #pragma once
 
 #include <array>
@@ -27,7 +27,7 @@ struct PlainArrays {
   std::size_t count;
 };
 
-// One symplectic Euler step as a text book writes it: sum the forces, divide by the mass, move.
+// One symplectic Euler step as in a textbook: sum the forces, divide by the mass, move.
 template <class T>
 void plain_aos_step(std::vector<PlainParticle<T>>& particles, const PlainForces<T>& forces, T h);
 
@@ -35,11 +35,11 @@ void plain_aos_step(std::vector<PlainParticle<T>>& particles, const PlainForces<
 template <class T>
 void plain_soa_step(const PlainArrays<T>& arrays, T mass, const PlainForces<T>& forces, T h);
 
-// The same with masses each.
+// The same with a mass for each particle.
 template <class T>
 void plain_masses_step(const PlainArrays<T>& arrays, const T* mass, const PlainForces<T>& forces, T h);
 
-// Gravity and a floor at y = 0 that throws back with the restitution e, as games write it.
+// Gravity and a floor at y = 0 that reflects with the restitution e, as in games.
 template <class T>
 void plain_floor_step(const PlainArrays<T>& arrays, T gravity, T e, T h);
 
@@ -47,13 +47,14 @@ void plain_floor_step(const PlainArrays<T>& arrays, T gravity, T e, T h);
 template <class T>
 void plain_radial_step(const PlainArrays<T>& arrays, T rate, T l, T h);
 
-// Underdamped coefficients each, from textbook formulas: x1 = a x0 + b v0, v1 = c x0 + a v0 - g b v0.
+// Underdamped coefficients for each particle, from textbook formulas: x1 = a x0 + b v0, v1 = c x0 + a v0 - g b v0.
 void plain_coefficients(const double* W, const double* g, double h, std::size_t n, double* a, double* b, double* c);
 
-// One fused step x += S v - C x, v -= A x + B v with Kahan's sum: what each column loses is kept in `rests` and given back.
+// One fused step x += S v - C x, v -= A x + B v with Kahan's sum: `rests` keeps the part that each column loses, and returns
+// it.
 void plain_kahan_step(const PlainArrays<float>& arrays, const PlainArrays<float>& rests, float A, float B, float C, float S);
 
-// Runge-Kutta's fourth order on x'' = -W x - g v, all steps of a block of arrays while it is in cache.
+// Fourth-order Runge-Kutta on x'' = -W x - g v: all steps of a block of arrays while it is in cache.
 template <class T>
 void plain_runge_kutta(const PlainArrays<T>& arrays, T W, T g, T h, std::size_t steps);
 
@@ -80,7 +81,7 @@ PlainSprings<T> plain_sheet(std::size_t side);
 template <class T>
 void plain_spring_step(PlainSprings<T>& plain, T h);
 
-// x *= factor in place over six arrays, elements [first, last): the memory traffic of a step and nothing else.
+// x *= factor in place over six arrays, elements [first, last): only the memory traffic of a step.
 template <class T>
 void scale_in_place(const PlainArrays<T>& arrays, T factor, std::size_t first, std::size_t last);
 

@@ -1,4 +1,4 @@
-// Registers benchmarks of a plan: every ISA, arithmetic, precision, size and thread count that is worth its time.
+// Registers benchmarks of a plan: every worthwhile ISA, arithmetic, precision, size and thread count.
 #pragma once
 
 #include <benchmark/benchmark.h>
@@ -36,7 +36,7 @@ std::string scalar_name() {
   return sizeof(T) == sizeof(float) ? "float32" : "float64";
 }
 
-// A case to be timed. Its scene is made for a count, so that its first particles are the same whatever the count.
+// A timed case. The scene is made for a count, and its first particles do not depend on the count.
 template <class T>
 struct Case {
   std::string name;
@@ -57,7 +57,8 @@ Expected<Plan<T>> plan_of(const Case<T>& work, const How& how, const State<T>& s
   return compile<T>(work.scene(state.count), {.isa = how.isa, .arithmetic = how.arithmetic}, state);
 }
 
-// Whether one call from the start gives the reference's bits; of large batches the first few thousand particles are compared.
+// Returns true if one call from the start gives the reference's bits. A large batch is compared in its first few thousand
+// particles.
 template <class T>
 bool is_right(const Case<T>& work, const How& how, State<T>& state) {
   Held<T> expected = hold_padded<T>(std::min<std::size_t>(state.count, 4097));
@@ -71,7 +72,7 @@ bool is_right(const Case<T>& work, const How& how, State<T>& state) {
   return is_same_bits(state, expected.state, expected.state.count);
 }
 
-// Counts of a loop over `count` particles, `steps` times an iteration.
+// Sets the counters of a loop over `count` particles, `steps` times an iteration.
 template <class T>
 void count_work(benchmark::State& timing, std::size_t count, std::size_t steps) {
   const auto done = static_cast<double>(timing.iterations()) * static_cast<double>(count * steps);
@@ -91,7 +92,7 @@ void time_plan(benchmark::State& timing, const Case<T>& work, const How& how, st
   if (!is_right(work, how, held.state)) timing.SkipWithError("differs from the reference");
 }
 
-// By the processor's time, which other programs disturb least; two threads by the wall's.
+// One thread is timed by the processor's time, which other programs disturb least; two threads by wall time.
 template <class Function>
 void add(Pace pace, const std::string& name, Function function, int threads = 1) {
   auto* const added = benchmark::RegisterBenchmark(name.c_str(), std::move(function));
@@ -113,7 +114,7 @@ void add_plan(Pace pace, const Case<T>& work, const How& how, const Size& size) 
       how.threads);
 }
 
-// All ISAs where the particles are in cache.
+// All ISAs, with the particles in cache.
 template <class T>
 void add_in_cache(Pace pace, const Case<T>& work) {
   for (const Arithmetic arithmetic : {Arithmetic::separate, Arithmetic::contracted}) {
@@ -124,7 +125,7 @@ void add_in_cache(Pace pace, const Case<T>& work) {
   }
 }
 
-// The best ISA and the reference where they are not, with one thread and with two.
+// The best ISA and the reference, with the particles in memory, on one thread and on two.
 template <class T>
 void add_in_memory(Pace pace, const Case<T>& work) {
   add_plan(pace, work, {Isa::reference, Arithmetic::separate}, in_memory(pace));
@@ -139,8 +140,8 @@ void add_everywhere(Pace pace, const Case<T>& work) {
   add_in_memory(pace, work);
 }
 
-// A plain loop over six arrays: step(arrays) for each iteration. Its result is checked to be finite and no more: another
-// method.
+// A plain loop over six arrays: step(arrays) for each iteration. The result is only checked to be finite, because the method
+// differs.
 template <class T, class Step>
 void time_plain(benchmark::State& timing, std::size_t count, void (*start)(State<T>&), const Step& step) {
   Held<T> held = hold_padded<T>(count);

@@ -8,8 +8,8 @@
 
 namespace dvdx::bench {
 
-// Work of one thread is timed by that thread's own clock, which stands still while other programs have the core; work of
-// several threads by the wall's, which alone counts for them.
+// One thread's work is timed by the thread's own clock, which stops while other programs have the core. The work of several
+// threads is timed by wall time, the only clock that covers them.
 enum class Timer { thread, wall };
 
 inline double now(Timer timer) {
@@ -21,7 +21,7 @@ inline double now(Timer timer) {
 struct Effort {
   int rounds = 11;        // pairs
   int samples = 4;        // of each side in a round; the shortest counts
-  double seconds = 2e-3;  // that a sample takes at least
+  double seconds = 2e-3;  // minimum duration of a sample
   Timer timer = Timer::thread;
 };
 

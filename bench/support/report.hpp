@@ -1,4 +1,4 @@
-// The bars and the figures beside them, as a table and as JSON.
+// The bars and other figures, as a table and as JSON.
 #pragma once
 
 #include <string>
@@ -26,14 +26,14 @@ struct Figure {
   std::string unit, note;
 };
 
-// Prints each as it comes.
+// Prints each result at once.
 class Report {
  public:
   Report();
   void bar(const std::string& name, Required required, const Race& race, const std::string& note = {});
   void figure(const std::string& name, double value, const std::string& unit, const std::string& note = {});
   void heading(const std::string& text);
-  void table() const;  // all bars once more, together, and the machine
+  void table() const;  // all bars again, and the machine
   void write_json(const std::string& file) const;
 
  private:

@@ -1,4 +1,4 @@
-// Where particles start: in contact all the time, or as a sheet that hangs.
+// Starts: particles in permanent contact, or a hanging sheet.
 #pragma once
 
 #include "support/held.hpp"
@@ -6,7 +6,7 @@
 
 namespace dvdx::bench {
 
-// Hops on floor() that last just one frame, each particle at another phase: one impact a particle and step.
+// Hops on floor() that last exactly one frame, with a different phase for each particle: one impact a particle and step.
 template <class T>
 void start_hopping(State<T>& state) {
   scatter_about(state);
@@ -30,7 +30,7 @@ void start_resting(State<T>& state) {
 
 inline constexpr std::size_t sheet_side = 64;  // particles
 
-// Flat and at rest, as hung_sheet() has it.
+// Flat and at rest, for hung_sheet().
 inline Held<float> hung() {
   Held<float> held = hold_padded<float>(sheet_side * sheet_side);
   for (std::size_t i = 0; i < held.state.count; ++i) {

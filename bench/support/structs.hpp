@@ -1,5 +1,5 @@
-// Particles as programs have them, in structs, and the plain loops over them: compiled for the machine (-march=native), and for
-// any of its kind.
+// Particles in structs, as programs have them, and plain loops over them: compiled for this machine (-march=native), and for
+// any of its architecture.
 #pragma once
 
 #include <array>
@@ -12,7 +12,8 @@
 
 namespace dvdx::bench {
 
-// So many numbers a particle; x and v begin at two of them. Apart: positions in an array of their own, velocities in another.
+// A struct of `size` numbers; x and v are the indices of position and velocity. Apart: positions and velocities in separate
+// arrays.
 struct StructShape {
   std::string name;
   std::size_t size, x, v;
@@ -25,8 +26,7 @@ inline const std::array<StructShape, 6> struct_shapes{{{"structs_24_bytes", 6, 0
                                                        {"structs_64_bytes", 16, 0, 8},
                                                        {"x_and_v_apart", 3, 0, 3}}};
 
-// A whole step's coefficients: x += S v - C x + Q, v -= A x + B v - P, the same for all particles. Below the floor's height y
-// they are reflected.
+// The coefficients of a step for all particles: x += S v - C x + Q, v -= A x + B v - P, reflected below the floor's height y.
 struct PlainFlow {
   float A, B, C, S;
   std::array<float, 3> P, Q;
@@ -34,12 +34,12 @@ struct PlainFlow {
 };
 
 using PlainStructStep = void (*)(float* x, float* v, std::size_t count, const PlainFlow& flow);
-// The loop over shape number `shape`, for a flow without a spring (A = C = 0), without one above a floor, or with one.
+// The loop over shape number `shape`, for a flow without a spring (A = C = 0), the same above a floor, or one with a spring.
 enum class Flies { free, above_a_floor, on_springs };
 PlainStructStep plain_struct_step_native(std::size_t shape, Flies flies);
 PlainStructStep plain_struct_step_any(std::size_t shape, Flies flies);
 
-// numbers[i] *= factor: the memory traffic of a step over the same structs and nothing else.
+// numbers[i] *= factor: only the memory traffic of a step over the same structs.
 void scale_numbers(float* numbers, std::size_t count, float factor);
 
 inline Held<float> hold_structs(const StructShape& shape, std::size_t count) {

@@ -6,7 +6,7 @@
 namespace dvdx::bench {
 namespace {  // each way has its own
 
-// As a program writes it: a loop over its own struct. Positions and velocities of one array are of one struct, else of two.
+// A loop over a program's own struct. Positions and velocities belong to one struct, or to two if they are apart.
 template <std::size_t size, std::size_t x, std::size_t v, Flies flies>
 void step_plain_structs(float* first_x, float* first_v, std::size_t count, const PlainFlow& flow) {
   struct Particle {

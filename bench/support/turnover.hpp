@@ -10,7 +10,7 @@
 
 namespace dvdx::bench {
 
-// A jet whose particles live for 1/share steps on average, from half of that to half as much again.
+// A jet whose particles live for 1/share steps on average, with a spread of half of that.
 inline Lifecycle jet(std::size_t count, double share, SurvivorOrder order) {
   const double life = frame / share;
   return {.emitters = {{.shape = Disc{.radius = 0.2},
@@ -24,7 +24,7 @@ inline Lifecycle jet(std::size_t count, double share, SurvivorOrder order) {
           .capacity = count + count / 10};
 }
 
-// Stepped until as many die as are born.
+// Stepped until deaths balance births.
 struct Jet {
   std::shared_ptr<LifecyclePlan<float>> plan;
   Held<float> held, lives;

@@ -1,5 +1,4 @@
-// Scenes that may be anything: compile() gives a plan or names what is wrong, and never throws; a plan steps, seeks and
-// explains.
+// Arbitrary scenes: compile() returns a plan or names the error, and never throws. A plan steps, seeks and explains.
 #include <array>
 #include <exception>
 #include <limits>
@@ -22,7 +21,7 @@ Options any_options(Choices& choices, double step) {
   return options;
 }
 
-// Particle-steps that one input may take.
+// Limits the particle-steps of one input.
 bool is_short(const RandomScene& random, const Options& options, int substeps) {
   const double sweeps = random.scene.constraints.empty() ? 1 : random.scene.coupling.iterations;
   return substeps * sweeps * options.impacts * static_cast<double>(random.x.size()) < 1e5;

@@ -1,5 +1,5 @@
-// A fuzzer's bytes as choices, each byte a small decision of its own, so that a mutation changes little. Zeros when they run
-// out. (clang++'s FuzzedDataProvider, which does the same, is not there for other compilers.)
+// Turns a fuzzer's bytes into choices. Each byte is a small decision, so that a mutation changes little. Exhausted bytes read
+// as zeros. (clang++'s FuzzedDataProvider does the same, but other compilers lack it.)
 #pragma once
 
 #include <cstddef>

@@ -1,4 +1,4 @@
-// Every input of the fuzzers' corpora, without the fuzzers' engine: seeds, and what once went wrong.
+// Runs every input of the fuzzers' corpora without the fuzzing engine: seeds, and inputs of past failures.
 #include <doctest/doctest.h>
 
 #include <algorithm>

@@ -1,4 +1,4 @@
-// The program that libFuzzer drives:   dvdx_fuzz TARGET [OPTION...] [CORPUS...]
+// The program for libFuzzer:   dvdx_fuzz TARGET [OPTION...] [CORPUS...]
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
@@ -26,7 +26,7 @@ const Target* chosen = nullptr;
 extern "C" int LLVMFuzzerInitialize(int* argc, char*** argv);
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size);
 
-// Takes the target's name, and leaves the rest to libFuzzer.
+// Takes the target's name, and leaves the other arguments to libFuzzer.
 int LLVMFuzzerInitialize(int* argc, char*** argv) {
   if (*argc < 2) misuse();
   chosen = std::find_if(targets.begin(), targets.end(), [&](const Target& t) { return t.name == (*argv)[1]; });

@@ -1,4 +1,4 @@
-// Where the scenes that are tried find their files, and how much memory they may ask for.
+// The folders with the files of the tried scenes, and their memory limit.
 #pragma once
 
 #include <cstdint>

@@ -1,4 +1,4 @@
-// .obj files, and the pairs that are made of their faces and lines.
+// .obj files, and the pairs made from their faces and lines.
 #include <algorithm>
 #include <cmath>
 
@@ -10,7 +10,7 @@
 namespace dvdx::fuzz {
 namespace {
 
-// Each pair once, its smaller end first, sorted, all of them vertices.
+// Each pair once, the smaller index first, sorted, all of them vertices.
 void expect_pairs(const std::vector<Pair>& pairs, std::size_t vertices) {
   for (const Pair& pair : pairs) expect(pair[0] < pair[1] && pair[1] < vertices, "pairs join two different vertices, in order");
   expect(std::is_sorted(pairs.begin(), pairs.end()), "pairs are sorted");

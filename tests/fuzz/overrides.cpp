@@ -1,4 +1,4 @@
-// --set: the assignments of a command line, one a line, to a scene that has a bit of everything.
+// --set: the assignments of a command line, one a line, applied to a scene with every feature.
 #include <string>
 #include <vector>
 

@@ -1,5 +1,5 @@
-// Scenes within the documented ranges, stepped by every instruction set in some layout, block size and number of threads: the
-// bits of the scalar reference, or the same error. Balls that meet come and go as well.
+// Scenes within the documented ranges, stepped by every instruction set in some layout, block size and number of threads. The
+// result must be the bits of the scalar reference, or the same error. Balls that meet come and go as well.
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -23,31 +23,32 @@ namespace {
 
 using test::Batch;
 
-// The steps of a plan, and the changes made to it on the way.
+// The steps of a plan, and the changes made to it between them.
 struct Deeds {
   Arithmetic arithmetic = Arithmetic::separate;
   std::size_t steps = 1;
   double start_time = 0;               // s
-  std::optional<double> other_step{};  // s, after half of it
+  std::optional<double> other_step{};  // s, for the second half
   std::optional<Constant> other_force{};
-  std::optional<std::size_t> bent{};  // of the scene's networks, which bends otherwise after half of it
+  std::optional<std::size_t> bent{};  // index of the network whose bending changes at half the steps
   Scalars other_bend = 0.0;
   int impacts = 32;
-  std::size_t spoilt = 0;  // particles of which a number is replaced before the first step
+  std::size_t spoilt = 0;  // particles with a number replaced before the first step
   std::array<double, 2> spoil{};
   Unstable unstable = Unstable::refused;
 };
 
-// Whether a plan takes too long at first is asked once: its frequencies take longer than its steps.
+// The check whether a plan takes too long runs only once per scene, because finding its frequencies takes longer than its
+// steps.
 enum class Length { asked, known };
 constexpr const char* too_long = "takes too long from the start";
 
 struct Configuration {
   Isa isa = Isa::reference;
-  std::size_t layout = 0;  // of test::layouts; beyond: columns of just the size, whose ends the sanitizer guards
+  std::size_t layout = 0;  // of test::layouts; beyond: columns of exact size, whose ends the sanitizer guards
   std::size_t block = 0;
   ParallelFor parallel{};
-  bool reports = false;  // what contacts do
+  bool reports = false;  // requests a contact report
   Length length = Length::known;
 };
 
@@ -55,7 +56,7 @@ Deeds deeds(Choices& choices) {
   Deeds deeds;
   if (choices.below(3) == 2) deeds.arithmetic = Arithmetic::contracted;
   deeds.steps = 1 + choices.below(5);
-  if (choices.below(128) == 127) deeds.steps = 1000;  // enough to call for threads
+  if (choices.below(128) == 127) deeds.steps = 1000;  // enough to use threads
   if (choices.below(4) == 3) deeds.start_time = 16 * static_cast<double>(choices.byte());
   if (choices.below(8) == 7) deeds.other_step = (1 + choices.byte()) / 512.0;
   if (choices.below(8) == 7) deeds.other_force = Constant{.acceleration = {1, static_cast<double>(choices.byte()), -9.8125}};
@@ -81,7 +82,7 @@ void add_origin(Choices& choices, RandomScene& random) {
   scene.origin = origins.size() == 1 ? Origin(origins[0]) : Origin(origins);
 }
 
-// A motion that carries some of the contacts and particles, in scenes that may have one.
+// Adds a motion that carries some contacts and particles, if the scene may have one.
 void add_motions(Choices& choices, Scene& scene, std::size_t count) {
   const bool is_summed = scene.coupling.scheme == Scheme::accumulate && scene.coupling.method != Method::combined;
   if (choices.below(4) != 3 || is_summed || scene.origin.is_each()) return;
@@ -103,7 +104,7 @@ void add_motions(Choices& choices, Scene& scene, std::size_t count) {
   if (choices.flip()) scene.add(std::move(group));
 }
 
-// Limits of particles that no constraint names.
+// Adds limits of particles that no constraint names.
 void add_skins(Choices& choices, Scene& scene, std::size_t count) {
   if (!scene.constraints.empty() || scene.origin.is_each()) return;
   if (choices.below(4) == 3 && !scene.networks.empty()) scene.add(Tethers{.stretch = 1 + choices.byte() / 255.0});
@@ -123,7 +124,7 @@ void add_skins(Choices& choices, Scene& scene, std::size_t count) {
   scene.add(std::move(skin));
 }
 
-// Springs of no rest length beside some network's own, where a scheme has them.
+// Adds springs of zero rest length beside a network's own, if the scheme supports them.
 void add_bend(Choices& choices, Deeds& deeds, Scene& scene) {
   const Scheme scheme = scene.coupling.scheme;
   if (choices.below(4) != 3 || (scheme != Scheme::leapfrog && scheme != Scheme::fourth_order)) return;
@@ -138,7 +139,7 @@ void add_bend(Choices& choices, Deeds& deeds, Scene& scene) {
   }
 }
 
-// So few that no list is too long.
+// Limits the count, so that no list is too long.
 void add_meet(Choices& choices, Scene& scene, std::size_t count) {
   if (choices.below(4) != 3 || count > 256 || scene.origin.is_each()) return;
   Meet meet{.restitution = choices.byte() / 255.0,
@@ -161,7 +162,7 @@ void add_meet(Choices& choices, Scene& scene, std::size_t count) {
 
 constexpr std::size_t most_births = 16;
 
-// Balls that meet and also come and go: as random ones, without what they may not have then.
+// Balls that meet and also come and go: the random scene without the features that they do not support.
 struct LiveBalls {
   RandomScene random;
   Lifecycle turnover;
@@ -192,7 +193,7 @@ std::optional<LiveBalls> live_balls(Choices& choices, const RandomScene& of) {
   return live;
 }
 
-// Behind all else, so that inputs of before mean what they meant.
+// These choices come last, so that bytes of older inputs keep their meaning.
 void choose_more(Choices& choices, Deeds& deeds, RandomScene& random) {
   if (choices.below(4) == 3) deeds.unstable = Unstable::allowed;
   add_origin(choices, random);
@@ -219,12 +220,12 @@ struct Outcome {
   std::string error{};  // empty: done
   std::vector<T> values{};
   double seconds = 0;
-  std::vector<double> told{};  // of contacts, where it was asked for
+  std::vector<double> told{};  // of contacts, if requested
 };
 
 constexpr int most_substeps = 64;
 
-// Sub-steps, impacts and sweeps that one input may take.
+// Limits the sub-steps, impacts and sweeps of one input.
 template <class T>
 bool is_short(const Plan<T>& plan, const RandomScene& random, const Deeds& deeds) {
   const auto limit = plan.network_limit();
@@ -233,16 +234,16 @@ bool is_short(const Plan<T>& plan, const RandomScene& random, const Deeds& deeds
   if (!is_slow) return true;
   const int substeps = limit ? limit->substeps : 1;
   const double impacts = static_cast<double>(deeds.steps * random.x.size() * contacts) * substeps * deeds.impacts;
-  const double most_impacts = random.scene.forces.empty() ? 2e5 : 2e3;  // where forces bend paths, up to 1 ms each
+  const double most_impacts = random.scene.forces.empty() ? 2e5 : 2e3;  // where forces bend paths, an impact takes up to 1 ms
   return deeds.steps < 10 && substeps <= most_substeps && impacts < most_impacts;
 }
 
-// report: null where nobody asks.
+// report: null if not requested.
 template <class T>
 std::string step_all(Plan<T>& plan, State<T>& state, const RandomScene& random, const Deeds& deeds, const ParallelFor& parallel,
                      ContactReport* report) {
   const auto step = [&] {
-    // Steps of up to 1e308 s may have led beyond all times.
+    // Steps of up to 1e308 s may have exceeded the finite times.
     const StepResult wanted = state.clock.is_finite() ? StepResult::done : StepResult::time_not_finite;
     const StepResult result =
         report != nullptr ? plan.step(state, *report, deeds.steps, parallel) : plan.step(state, deeds.steps, parallel);
@@ -259,7 +260,7 @@ std::string step_all(Plan<T>& plan, State<T>& state, const RandomScene& random, 
     if (const auto changed = plan.set_zero_length(*deeds.bent, deeds.other_bend); !changed) return changed.error().message();
   }
   if (!deeds.other_step && !deeds.other_force && !deeds.bent) return "";
-  // A longer step of springs that were compiled for a shorter one takes more sub-steps, and so do stiffer springs.
+  // Springs compiled for a shorter step take more sub-steps in a longer one, and so do stiffer springs.
   if (!is_short(plan, random, deeds)) return "takes too long";
   step();
   return "";
@@ -316,7 +317,7 @@ Outcome<T> outcome(const RandomScene& random, const Deeds& deeds, const Configur
   return outcome;
 }
 
-// Bit by bit; a NaN equals a NaN.
+// Compares bit by bit; any NaN equals any other.
 template <class T>
 bool is_same(T a, T b) {
   return std::memcmp(&a, &b, sizeof a) == 0 || (std::isnan(a) && std::isnan(b));
@@ -345,7 +346,7 @@ void expect_told_alike(const Outcome<T>& wanted, const Outcome<T>& got, const Co
   }
 }
 
-// Seven numbers of each that lives; then how many live and were removed.
+// Seven numbers for each live particle, then the numbers of live and removed particles.
 template <class T>
 Outcome<T> live_outcome(const LiveBalls& balls, const Deeds& deeds, const Configuration& way) {
   const std::size_t capacity = balls.turnover.capacity;
@@ -381,17 +382,17 @@ Outcome<T> live_outcome(const LiveBalls& balls, const Deeds& deeds, const Config
   return outcome;
 }
 
-// A scene within the documented ranges may be refused for these reasons alone. The error of a value that the scalar type cannot
+// A scene within the documented ranges may be refused only for these reasons. The error of a value that the scalar type cannot
 // hold names the type.
 template <class T>
 void expect_allowed(const std::string& error) {
   if (error.find("(the plan is of float") != std::string::npos) return;
   if (error.ends_with("must be a pose that is reached at a finite speed")) return;
-  // Cloth is thinner than its springs are long, and balls fit into what they are kept inside.
+  // Cloth must be thinner than its springs are long, and balls must fit into their container.
   if (error.starts_with("meet.thickness is ") || error.starts_with("meet.part_of_cells is ")) return;
   if (error.find(": must be more than the balls' radius with the contact's thickness") != std::string::npos) return;
   if (error.ends_with("as the grid goes beyond the mesh by the balls' radius")) return;
-  // A place that float32 does not hold.
+  // A place that float32 cannot hold.
   if (std::is_same_v<T, float> && error.starts_with("state.x[") && error.ends_with("length is taken from the start")) return;
   for (const std::string_view reason : {"", "step is ", "coupling.substeps is ", "forces is ", "takes too long"}) {
     if (reason.empty() ? error.empty() : error.starts_with(reason)) return;
@@ -399,7 +400,7 @@ void expect_allowed(const std::string& error) {
   throw Finding("a legal scene was refused: " + error);
 }
 
-// Each index in turn, from the last to the first.
+// Visits each index in turn, from the last to the first.
 void backwards(void* /*context*/, std::size_t count, ParallelFor::Body body, void* task) {
   for (std::size_t i = count; i-- > 0;) body(task, i);
 }

@@ -1,4 +1,4 @@
-// The points and numbers of any file that is not refused must be finite.
+// The points and numbers of any accepted file must be finite.
 #pragma once
 
 #include <algorithm>

@@ -13,7 +13,7 @@ namespace {
 constexpr std::array methods = {Method::combined, Method::exact, Method::average_acceleration, Method::pulse,
                                 Method::symplectic_euler};
 
-constexpr double least = std::numeric_limits<double>::min();  // > 0: denormals are zeros to a plan
+constexpr double least = std::numeric_limits<double>::min();  // > 0: a plan treats denormals as zeros
 
 class Maker {
  public:
@@ -34,7 +34,7 @@ class Maker {
     const std::size_t forces = choose_.below(6);
     for (std::size_t k = 0; k < forces; ++k) scene().add(force());
     fix();
-    add_air();  // last, so that bytes of older inputs mean what they meant
+    add_air();  // last, so that bytes of older inputs keep their meaning
     return std::move(made_);
   }
 
@@ -70,7 +70,7 @@ class Maker {
   std::size_t length(std::size_t right) { return !is_legal() && choose_.below(16) == 15 ? choose_.below(80) : right; }
   std::size_t id() { return is_legal() || choose_.below(16) != 15 ? choose_.below(count_) : choose_.raw<std::size_t>(); }
 
-  // One for all, or a few that go round.
+  // Three values that repeat; the scalars are one for all, or such a list.
   template <class Make>
   std::vector<double> list(std::size_t size, const Make& make) {
     std::array<double, 3> turns{make(), make(), make()};
@@ -150,7 +150,7 @@ class Maker {
     contact.sweep = choose_.flip() ? ContactPath::line : ContactPath::curve;
     return contact;
   }
-  // By six planes. A legal one is a cube that rounding leaves.
+  // A block by six planes. A legal one is a cube that survives rounding.
   Convex block() {
     Vec3 center = vector();
     double half = positive();
@@ -168,7 +168,7 @@ class Maker {
     }
     return convex;
   }
-  // An octahedron, in few cells: what is not legal lacks a face.
+  // An octahedron in few cells. An illegal one may lack a face.
   TriangleMesh octahedron() {
     Vec3 center = vector();
     double half = positive();
@@ -220,7 +220,7 @@ class Maker {
         scene().add(surface(box));
         return;
       }
-      case 5:  // a cube that more planes may cut
+      case 5:  // a cube that further planes may cut
         scene().add(surface(block()));
         return;
       default:
@@ -242,7 +242,7 @@ class Maker {
     return list;
   }
 
-  // rows_ by columns_ where they are, or as much as fits.
+  // All rows_ by columns_, or as many as fit.
   Grid grid(bool is_all) {
     Grid grid{.rows = rows_, .columns = columns_};
     if (!is_all) {

@@ -1,4 +1,4 @@
-// Scenes of every kind out of a fuzzer's choices.
+// Scenes of every kind from a fuzzer's choices.
 #pragma once
 
 #include <cstddef>
@@ -10,19 +10,19 @@
 namespace dvdx::fuzz {
 
 enum class Legality {
-  legal,  // every value is within its documented range, whatever it is there: 0, denormal, huge
-  any,    // nothing is sure
+  legal,  // every value is within its documented range, including 0, denormals and huge values
+  any,    // no value is certain
 };
 
 struct RandomScene {
   Scene scene;
-  std::vector<Vec3> x, v;  // at the start; finite where the scene is legal
+  std::vector<Vec3> x, v;  // at the start; finite if the scene is legal
   double step = 1.0 / 60;
 };
 
 [[nodiscard]] RandomScene random_scene(Choices& choices, Legality legality);
 
-// A number like those that people write, and now and then one that they do not: 0, denormal, huge, not finite.
+// A plausible number, and now and then an implausible one: 0, denormal, huge, not finite.
 [[nodiscard]] double random_number(Choices& choices);
 
 // The start in a state's own precision.

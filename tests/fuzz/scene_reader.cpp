@@ -1,4 +1,4 @@
-// Scene files, from their text to particles at their start and a plan: a scene, or a fault that says what is wrong.
+// Scene files, from text to particles at their start and a plan: the result is a scene, or a fault that names the error.
 #include "scene_io/scene_reader.hpp"
 
 #include "dvdx/layouts/soa.hpp"

@@ -1,5 +1,5 @@
-// The fuzz targets: each takes any bytes, and throws where the code that it tries breaks a promise. libFuzzer runs them
-// (engine.cpp), and the ordinary tests feed them all that is in corpus/ (corpus_test.cpp).
+// The fuzz targets. Each takes any bytes, and throws if the code under test breaks a promise. libFuzzer runs them (engine.cpp),
+// and the ordinary tests run all of corpus/ through them (corpus_test.cpp).
 #pragma once
 
 #include <array>
@@ -9,7 +9,7 @@
 
 namespace dvdx::fuzz {
 
-// A promise that was broken.
+// A broken promise.
 class Finding : public std::logic_error {
  public:
   using std::logic_error::logic_error;

@@ -1,4 +1,4 @@
-// The claims of `explain` about a scene's accuracy, measured: the differences of a path at h, h/2 and h/4.
+// Measures the claims of `explain` about a scene's accuracy, by the differences of a path at h, h/2 and h/4.
 #include "stability/accuracy.hpp"
 
 #include <doctest/doctest.h>
@@ -18,7 +18,7 @@ struct Start {
   std::vector<Vec3> x, v;
 };
 
-// All positions and velocities after a time of 1 s.
+// All positions and velocities at the time 1 s.
 std::vector<double> path_end(const Scene& scene, const Start& start, int steps) {
   Batch<double> batch(Layout::soa, start.x.size());
   for (std::size_t i = 0; i < start.x.size(); ++i) {
@@ -39,7 +39,7 @@ double difference(const std::vector<double>& a, const std::vector<double>& b) {
   return std::sqrt(sum);
 }
 
-// The difference that halving the step makes, a mean over steps near 1/steps: impacts fall here and there in theirs.
+// The difference made by halving the step, averaged over steps near 1/steps: impacts fall at different parts of a step.
 double halved(const Scene& scene, const Start& start, int steps, int samples) {
   double sum = 0;
   for (int k = 0; k < samples; ++k) {
@@ -174,7 +174,7 @@ TEST_CASE("Impacts' accuracy is what is said of it") {
   Plane rough = floor;
   rough.restitution = 0;
   rough.friction = 0.1;
-  const Start oblique{{{0.3, 0.7, -0.2}}, {{2, -1.4, -0.5}}};  // slides on a curve: a straight way is exact
+  const Start oblique{{{0.3, 0.7, -0.2}}, {{2, -1.4, -0.5}}};  // slides on a curve: a straight slide is exact
   check_claim({"friction", with(scene_of({gravity, Constant{.acceleration = {-2, 0, -3}}}), rough), oblique}, 1);
   check_claim({"drag", with(scene_of({gravity, drag}), floor), start}, exact);
   check_claim({"spring", with(scene_of({gravity, second}), floor), start}, exact);

@@ -1,4 +1,4 @@
-// Bend by angles: what a sheet has of it when it is rolled, a hinge that swings as its closed form does, bits and refusals.
+// Bend by angles: the energy of a rolled sheet, a hinge that oscillates by its closed form, bits and refusals.
 #include "dvdx/bending.hpp"
 
 #include <doctest/doctest.h>
@@ -89,7 +89,7 @@ double area_of_edges(const Sheet& sheet) {
   return sum;
 }
 
-// About an axis in the plane, at right angles to the direction in which it bends.
+// Rolls the sheet about an axis in its plane, perpendicular to the direction in which it bends.
 std::vector<Vec3> rolled(const Sheet& sheet, double radius, double direction) {
   const double c = std::cos(direction);
   const double s = std::sin(direction);
@@ -117,7 +117,7 @@ Joined hinge() {
   return joined;
 }
 
-// The weights of w, from the springs: q_ij = -D c_i c_j / A, with the one sign that makes the first positive.
+// The weights of w, recovered from the springs: q_ij = -D c_i c_j / A, with the sign that makes the first one positive.
 std::array<double, 4> weights_of(const Joined& joined) {
   const auto& springs = std::get<Springs>(joined.scene.networks[0]);
   const auto q = [&](std::uint32_t i, std::uint32_t j) {
@@ -138,7 +138,7 @@ double squared_frequency(const Joined& joined) {
   return sum;
 }
 
-// The mode x_i = c_i/m_i z(t) on the uniform motion: z'' = -omega^2 z.
+// The error of the mode x_i = c_i/m_i z(t) on top of the uniform motion: z'' = -omega^2 z.
 double error_of(Joined joined, const Coupling& coupling, int substeps) {
   joined.scene.coupling = coupling;
   joined.scene.coupling.substeps = substeps;
@@ -182,7 +182,7 @@ TEST_CASE("bending: a rolled sheet has the energy of a plate, whichever way it i
     CAPTURE(direction);
     CHECK(std::abs(ratio(equal, direction) - 1) < 0.05);
   }
-  // Across the sides of the squares alone, and across their cuts alone.
+  // Bends across the sides of the squares only, and across their diagonals only.
   CHECK(std::abs(ratio(right, 0) - 1) < 0.1);
   CHECK(ratio(right, 0.8) < 3.1);
 }
@@ -211,7 +211,7 @@ TEST_CASE("bending: a hinge swings as its closed form does, by the scheme's orde
   CHECK(std::abs(second - 2) < 0.1);
   CHECK(std::abs(fourth - 4) < 0.3);
   CHECK(error_of(joined, fourth_order, 16) < 1e-9);
-  // Where its pairs have springs already, in whatever order of their ends, these take it along.
+  // If the pairs already have springs, with their ends in any order, these springs take the bending on.
   Springs own{.pairs = {{3, 1}, {1, 0}, {2, 3}}, .stiffness = 0.0, .rest_length = Scalars(0.0)};
   add_bending(own, std::vector<Triangle>{{0, 1, 2}, {1, 0, 3}}, joined.x, modulus);
   CHECK(own.pairs.size() == 6);
@@ -238,7 +238,7 @@ TEST_CASE("bending: the plan's limit is the hinge's own frequency, and beside sp
   CHECK(refusal_of(joined).find("coupling.substeps") != std::string::npos);
 }
 
-// Bent cloth, whose springs damp or not. substeps: given, so that how it bends is changed in place; or not.
+// Bent cloth with or without damping. With `substeps` given, its bending is changed in place.
 Joined cloth(const Coupling& coupling, std::optional<int> substeps, double bending, double damping = 1e-3) {
   const Sheet sheet = sheet_of(6, 7, 0.1, Cut::equal_sides);
   Joined joined;
@@ -282,7 +282,7 @@ TEST_CASE("bending: refused in other schemes, where springs are torn, and of tri
   springs = {.pairs = {{0, 1}}, .stiffness = 1.0};
   add_bending(springs, std::vector<Triangle>{{0, 1, 2}, {1, 0, 3}}, std::vector<Vec3>(4, Vec3{1, 1, 1}), modulus);
   CHECK(refusal_of(joined).find("networks[0].zero_length[0] is") != std::string::npos);
-  // In a running plan such a spring cannot be broken.
+  // A running plan refuses to break such a spring.
   joined = hinge();
   test::Batch<double> batch(test::Layout::soa, 4);
   test::place(joined, batch.view());
@@ -333,7 +333,7 @@ TEST_CASE_TEMPLATE("bending: a plan whose bending is changed has the bits of one
           CHECK(anew.after(10) == stiff);
           REQUIRE(cleared.plan.set_zero_length(0, 0.0).has_value());
           CHECK(cleared.after(10) == none);
-          // A stiffness that is set beside it leaves it as it is.
+          // A change of stiffness keeps the bending.
           REQUIRE(weaker.plan.set_stiffness(0, SpringsStiffness{.stiffness = 5.0, .damping = damping}).has_value());
           REQUIRE(weaker.plan.set_bending(0, sheet.triangles, sheet.x, stiffer).has_value());
           CHECK(weaker.plan.scene() == weak.scene);
@@ -387,7 +387,7 @@ TEST_CASE("bending: a change that cannot be is refused by name, and the plan ben
     if (substeps) CHECK(message(plan.set_zero_length(0, 1e6)).starts_with("coupling.substeps is 60: must be at least"));
     CHECK(running.after(10) == Running<double>(cloth(leapfrog, substeps, modulus)).after(10));
   }
-  // In sweeps, and where springs are torn.
+  // Refused in sweeps, and in a torn network.
   Joined swept = cloth(leapfrog, 60, modulus);
   std::get<Springs>(swept.scene.networks[0]).zero_length = 0.0;
   Running<double> torn(swept);

@@ -1,4 +1,4 @@
-// The promise of the library: whatever the instruction set, layout, threads and blocks, the bits of the scalar reference.
+// The library's promise: the bits of the scalar reference for every instruction set, layout, thread count and block.
 #include <doctest/doctest.h>
 
 #include <algorithm>
@@ -63,7 +63,7 @@ void step_all(const Plan<T>& plan, State<T>& state, std::size_t steps, std::size
   REQUIRE(plan.step(state, steps, threads > 1 ? workers.parallel_for() : ParallelFor{}) == StepResult::done);
 }
 
-// The end by `plan` of the start in the run's layout; checks the sentinels.
+// The final state of `plan` from the start in the run's layout. Checks the sentinels.
 template <class T>
 std::vector<T> result(const Plan<T>& plan, const Run& run, std::size_t count, std::size_t steps) {
   Batch<T> batch(run.layout, count);
@@ -87,7 +87,7 @@ void check_run(const NamedScene& scene, const Plan<T>& plan, const Run& run, con
                 scene.name << ", " << 8 * sizeof(T) << " bits, count " << count << ", " << words(run) << ": " << difference);
 }
 
-// One layout and one block for each ISA: over the scenes of a count every ISA meets every layout with every block.
+// One layout and one block for each ISA. Over all scenes of a count, every ISA meets every layout with every block.
 template <class T>
 void check_small_count(const NamedScene& scene, Arithmetic arithmetic, std::size_t count, std::size_t turn) {
   constexpr std::size_t steps = 3;
@@ -105,7 +105,7 @@ void check_small_count(const NamedScene& scene, Arithmetic arithmetic, std::size
 template <class T>
 void check_small(Arithmetic arithmetic) {
   for (std::size_t count = 0; count <= 33; ++count) {
-    // between the counts at which registers fill up, a few scenes stand for all, others at each count
+    // counts near a full register test all scenes; other counts test a few scenes each, in rotation
     const bool is_edge = count < 3 || count % 8 == 7 || count % 8 <= 1;
     const std::vector<NamedScene> scenes = is_edge ? test::all_scenes(count) : test::affine_scenes(count);
     for (std::size_t s = is_edge ? 0 : count % 4; s < scenes.size(); s += is_edge ? 1 : 4) {
@@ -114,8 +114,8 @@ void check_small(Arithmetic arithmetic) {
   }
 }
 
-// Layouts, blocks and threads turn at different rates, so that 40 turns meet every layout with every block, and every thread
-// count with each of both.
+// Layouts, blocks and threads rotate at different rates. 40 turns meet every layout with every block, and every thread count
+// with each of both.
 template <class T>
 void check_turns(const NamedScene& scene, Arithmetic arithmetic, Isa isa, const std::vector<T>& wanted, std::size_t steps,
                  std::size_t first, std::size_t turns) {
@@ -139,7 +139,7 @@ void check_turns(const NamedScene& scene, Arithmetic arithmetic, Isa isa, const 
   }
 }
 
-// Which flow and extras a scene compiles to.
+// The flow and the extra passes that a scene compiles to.
 template <class T>
 std::pair<Flow, StepFeatures> path_of(const NamedScene& scene, std::size_t count) {
   Batch<T> batch(Layout::soa, count);
@@ -154,7 +154,7 @@ std::pair<Flow, StepFeatures> path_of(const NamedScene& scene, std::size_t count
   return {motion.flow, motion.features};
 }
 
-// Every `every`th scene from one on in turn `turn` and on, so that together they meet every turn.
+// Checks every `every`th scene, beginning with number `from`, in turns from `turn` on: all scenes together meet every turn.
 template <class T>
 void check_medium(Arithmetic arithmetic, std::size_t count, std::size_t steps, std::size_t every, std::size_t from,
                   std::size_t turn) {
@@ -165,7 +165,7 @@ void check_medium(Arithmetic arithmetic, std::size_t count, std::size_t steps, s
     if (n++ % every != from) continue;
     const std::vector<T> wanted = expected<T>(scene, arithmetic, count, steps);
     for (const Isa isa : available_isas(arithmetic)) {
-      // it is far slower than the others
+      // the reference is far slower than the others
       if (isa == Isa::reference && arithmetic == Arithmetic::separate && turn % 4 != 0) continue;
       check_turns(scene, arithmetic, isa, wanted, steps, turn, 1);
     }
@@ -180,7 +180,7 @@ TEST_CASE("the scenes of the bit tests reach every flow with every extra pass") 
     f64.insert(path_of<double>(scene, 5));
   }
   CHECK(f32.size() == flows * feature_sets);
-  std::size_t without_shears = 0;  // float64 has no need of them
+  std::size_t without_shears = 0;  // float64 needs no shears
   for (std::size_t flow = 0; flow < flows; ++flow) without_shears += is_shear(static_cast<Flow>(flow)) ? 0U : 1U;
   CHECK(f64.size() == without_shears * feature_sets);
 }
@@ -201,7 +201,7 @@ TEST_CASE_TEMPLATE("same bits on every ISA, layout, block and thread count at 10
 
 TEST_CASE_TEMPLATE("same bits with every layout, block and thread count at 4097 particles" * doctest::test_suite("threads"), T,
                    float, double) {
-  std::size_t first = 0;  // goes on from ISA to ISA, so that all of a scene's together meet every turn
+  std::size_t first = 0;  // continues from ISA to ISA, so that all runs of a scene meet every turn
   for (const NamedScene& scene : test::affine_scenes(4097)) {
     if (scene.name != "rate fused" && scene.name != "shear, an anchor each") continue;
     for (const StepFeatures features : {StepFeatures::none, StepFeatures::radial_contact}) {

@@ -1,4 +1,4 @@
-// dvdx.h: what is refused, in which words, and that it leaks nothing.
+// dvdx.h: refusals, their messages, and freedom from leaks.
 #include <doctest/doctest.h>
 
 #include <algorithm>
@@ -47,14 +47,14 @@ TEST_CASE("c: choices that do not exist and pointers to nothing are refused at o
   CHECK(dvdx_scene_add_springs(h.scene, &springs, &h.error) == DVDX_INVALID);
   CHECK(h.field() == "networks[0].pairs");
   CHECK(dvdx_scene_set_fixed(h.scene, nullptr, 2, &h.error) == DVDX_INVALID);
-  CHECK(dvdx_scene_set_mass(h.scene, nullptr, nullptr) == DVDX_INVALID);  // an error that nobody asks for
+  CHECK(dvdx_scene_set_mass(h.scene, nullptr, nullptr) == DVDX_INVALID);  // no error object
   dvdx_scene* other = nullptr;
   CHECK(dvdx_scene_create(DVDX_ABI_VERSION + 1, &other, &h.error) == DVDX_ABI_DIFFERS);
   CHECK(other == nullptr);
   CHECK(h.message() == dvdx_status_text(DVDX_ABI_DIFFERS));
 }
 
-// Gives memory out until it is told to stop, and counts what is out.
+// Allocates until its limit, and counts the blocks in use.
 struct Heap {
   long left;
   long out = 0, most = 0;
@@ -85,7 +85,7 @@ TEST_CASE("c: wherever the allocator has no memory left, making a plan fails and
     if (status == DVDX_DONE) {
       CHECK(given > 5);
       CHECK(heap.out == given);
-      // Nor does a change that fails for want of memory: the plan steps on as it was.
+      // A change that fails for lack of memory leaks nothing either, and the plan steps on unchanged.
       heap.left = 0;
       CHECK(dvdx_plan_set_step(h.plan, 0.01, &h.error) == DVDX_OUT_OF_MEMORY);
       CHECK(dvdx_plan_replace(h.plan, 0, h.scene, 0, &h.error) == DVDX_OUT_OF_MEMORY);

@@ -1,4 +1,4 @@
-// The functions of dvdx.h, as tests call them: handles that are freed, the arrays of a state, and scenes that C++ has too.
+// The functions of dvdx.h for tests: handles that free themselves, the arrays of a state, and scenes that C++ builds too.
 #pragma once
 
 #include <doctest/doctest.h>
@@ -14,7 +14,7 @@
 
 namespace c_handles {
 
-struct Handles {  // a scene, a plan, and what was last said
+struct Handles {  // a scene, a plan, and the last error
   dvdx_scene* scene = nullptr;
   dvdx_plan* plan = nullptr;
   dvdx_error error{};
@@ -40,7 +40,7 @@ inline dvdx_options options_of(double step, dvdx_precision precision = DVDX_FLOA
   return options;
 }
 
-// Six arrays, started alike each time.
+// Six arrays with the same start each time.
 template <class T>
 struct Arrays {
   std::vector<T> memory;
@@ -61,7 +61,7 @@ struct Arrays {
   dvdx::State<T> cpp() { return dvdx::soa(column(0), column(1), column(2), column(3), column(4), column(5), count); }
 };
 
-// Every force and contact, by C and by C++.
+// Every force and contact, added through C and through C++.
 inline void add_forces(Handles& h) {
   dvdx_constant gravity{};
   gravity.acceleration[1] = -9.81;
@@ -127,7 +127,7 @@ inline void add_forces(Handles& h) {
   CHECK(dvdx_scene_add_mesh(h.scene, &mesh, &h.error) == DVDX_DONE);
 }
 
-// A hanging row of springs, and what holds some of its particles.
+// A hanging row of springs, and constraints on some of its particles.
 inline void add_joints(Handles& h) {
   const std::uint32_t pairs[] = {0, 1, 1, 2, 2, 3};
   dvdx_springs springs{};

@@ -1,4 +1,4 @@
-// Instances, live plans that are changed, and a plan's scene by C: the bits of C++, and refusals by name.
+// Instances, changes of live plans, and a plan's scene through C: the bits of C++, and refusals by name.
 #include <doctest/doctest.h>
 
 #include <array>
@@ -15,7 +15,7 @@ namespace c_instance_test {
 
 constexpr std::size_t count = 12;
 
-// A rope of 12 that hangs by its first particle, in six arrays.
+// A rope of 12 particles that hangs by its first one, in six arrays.
 struct Rope {
   std::array<std::vector<double>, 6> columns{};
   dvdx_state state{};

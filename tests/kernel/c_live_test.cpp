@@ -15,7 +15,7 @@
 
 namespace c_handles::live_test {
 
-// A live plan by C, with memory for its particles: structs with an age, and a name that goes along with each.
+// A live plan through C, with memory for its particles: structs with an age, and a name that stays with each particle.
 class Living {
  public:
   static constexpr std::size_t capacity = 3000;

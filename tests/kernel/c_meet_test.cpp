@@ -1,4 +1,4 @@
-// dvdx.h: particles that meet, as C++ has them.
+// dvdx.h: particles that meet, with the results of C++.
 #include <doctest/doctest.h>
 
 #include <cstdint>
@@ -50,7 +50,7 @@ TEST_CASE("c: balls meet as C++ has them, and groups say which") {
                        .groups = dvdx::MeetGroups{.of = {0, 1, 2}, .meet = {{0, 1}}}});
   Arrays<double> by_c(3);
   Arrays<double> by_cpp(3);
-  for (Arrays<double>* by : {&by_c, &by_cpp}) {  // the first meets the second, and goes through the third
+  for (Arrays<double>* by : {&by_c, &by_cpp}) {  // the first meets the second, and passes through the third
     for (std::size_t i = 0; i < 3; ++i) {
       by->column(0)[i] = i == 2 ? 0.5 : static_cast<double>(i);
       by->column(1)[i] = i == 1 ? 0.125 : 0;

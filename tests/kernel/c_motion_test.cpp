@@ -1,4 +1,4 @@
-// dvdx.h: motions and skins, each as C++ has it, and driven by the caller.
+// dvdx.h: motions and skins, with the results of C++, and driven by the caller.
 #include <doctest/doctest.h>
 
 #include <cmath>

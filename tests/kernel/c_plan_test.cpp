@@ -1,4 +1,4 @@
-// dvdx.h: what a plan tells of itself, and how it is changed while it runs.
+// dvdx.h: the information that a plan gives, and its changes while it runs.
 #include <doctest/doctest.h>
 
 #include <cmath>
@@ -227,7 +227,7 @@ TEST_CASE("c: how a mesh bends is changed while it runs, as in C++") {
   springs.pairs = pairs.data();
   springs.count = 1;
   std::vector<std::vector<double>> ends;
-  for (const double modulus : {0.0, 0.02}) {  // changed, or from the first
+  for (const double modulus : {0.0, 0.02}) {  // changed later, or given from the start
     Handles h;
     CHECK(dvdx_scene_add_springs(h.scene, &springs, &h.error) == DVDX_DONE);
     const dvdx_bending first = bending_of(modulus);

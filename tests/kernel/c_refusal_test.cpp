@@ -1,5 +1,5 @@
-// The functions of dvdx.h and compile() refuse these, or answer without harm: null handles, choices that are none, counts that
-// cannot be, memory that is shared.
+// Misuse that the functions of dvdx.h and compile() refuse or answer without harm: null handles, invalid choices, impossible
+// counts, shared memory.
 #include <doctest/doctest.h>
 
 #include <array>
@@ -48,7 +48,7 @@ struct Plan {
   [[nodiscard]] std::string message() const { return &error.message[0]; }
 };
 
-// The bytes of a number in the place of an enumerator, as a caller in C may write it.
+// Writes the bytes of a number in place of an enumerator, as a caller in C can.
 template <class Enum>
 void put_number(Enum& to, int number) {
   static_assert(sizeof(Enum) == sizeof(int));
@@ -159,7 +159,7 @@ TEST_CASE("c: columns that lie between each other's elements are stepped") {
   double* const p = memory.data();
   dvdx_state state = dvdx_aos(DVDX_FLOAT64, p, p + 3, 6 * sizeof(double), 10);
   CHECK(dvdx_plan_step(plan.plan, &state, 1, nullptr, &plan.error) == DVDX_DONE);
-  for (auto* columns : {&state.x, &state.v}) {  // the same from the last struct back to the first
+  for (auto* columns : {&state.x, &state.v}) {  // the same columns with a negative stride, from the last struct to the first
     for (dvdx_column& column : *columns) {
       column.base = static_cast<double*>(column.base) + 54;
       column.stride = -column.stride;

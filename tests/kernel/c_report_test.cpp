@@ -52,7 +52,7 @@ TEST_CASE("C: a report tells what contacts do, in the caller's room") {
 }
 
 TEST_CASE("C: normals and bounds for drawing") {
-  float x[18] = {0, 1, 0, 1, 5, 0, 0, 0, 1, 1, 5, 0, 0, 0, 0, 0, 5, 0};  // four corners of a cell, and one apart
+  float x[18] = {0, 1, 0, 1, 5, 0, 0, 0, 1, 1, 5, 0, 0, 0, 0, 0, 5, 0};  // four corners of a cell, and one particle apart
   float v[18]{};
   dvdx_state state = dvdx_soa(DVDX_FLOAT32, &x[0], &x[6], &x[12], &v[0], &v[6], &v[12], 5);
   float n[15];

@@ -1,4 +1,4 @@
-// dvdx.h: forces, contacts, networks, constraints and air, each as C++ has it.
+// dvdx.h: forces, contacts, networks, constraints and air, each with the result of C++.
 #include <doctest/doctest.h>
 
 #include <cmath>

@@ -1,4 +1,4 @@
-// dvdx.h: the caller's memory and threads, and states that do not fit.
+// dvdx.h: the caller's memory and threads, and states that do not match.
 #include <doctest/doctest.h>
 
 #include <algorithm>

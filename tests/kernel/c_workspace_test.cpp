@@ -1,4 +1,4 @@
-// Workspaces by C: what a plan steps in them, on threads of the caller's own, and what they refuse.
+// Workspaces through C: the plan's steps in them, on the caller's own threads, and their refusals.
 #include <doctest/doctest.h>
 
 #include <array>
@@ -16,7 +16,7 @@ namespace c_workspace_test {
 
 constexpr std::size_t side = 12, count = side * side;
 
-// Counts what it gives and has not been given back; gives no more where `is_empty`.
+// Counts the blocks in use; allocates nothing while `is_empty`.
 struct Heap {
   long out = 0;
   bool is_empty = false;
@@ -33,7 +33,7 @@ struct Heap {
   }
 };
 
-// Square sheets, swept by generalized alpha, which carries on what the springs did; and a floor.
+// Square sheets swept by generalized alpha, which carries the springs' accelerations from step to step; and a floor.
 struct Sheets {
   explicit Sheets(dvdx_precision precision = DVDX_FLOAT64, std::size_t rows = side) {
     REQUIRE(dvdx_scene_create(DVDX_ABI_VERSION, &scene, &error) == DVDX_DONE);
@@ -77,7 +77,7 @@ struct Sheets {
   dvdx_error error{};
 };
 
-// A sheet, thrown with a speed of its own.
+// A sheet thrown with its own speed.
 template <class T = double>
 struct Thrown {
   explicit Thrown(double speed = 0, std::size_t particles = count) : memory(6 * particles), n(particles) {
@@ -214,7 +214,7 @@ TEST_CASE("c: a workspace tells its size, and lies in the memory of the plan tha
 }
 
 TEST_CASE("c: a second call in one workspace is refused while the first is under way, and not in another one") {
-  constexpr std::size_t rows = 20'000 / side;  // small sheets ask for no threads
+  constexpr std::size_t rows = 20'000 / side;  // small sheets use no threads
   struct Within {
     const dvdx_plan* plan;
     dvdx_workspace *same, *other;
@@ -290,7 +290,7 @@ TEST_CASE("c: what a workspace carries on is stored, restored and forgotten") {
   other.make(in_float32.state);
   CHECK(dvdx_plan_carried_in(sheets.plan, other.workspace, &one.state, nullptr, 0, &numbers, nullptr) ==
         DVDX_WORKSPACE_DIFFERS);
-  // Where it has not been asked to forget, it goes on.
+  // Without forget, the workspace continues from its data.
   dvdx_workspace_forget(sheets.workspace);
   step(sheets.workspace, one.state, 5);
   CHECK(dvdx_state_hash(&one.state) == begun_anew);

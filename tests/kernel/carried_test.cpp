@@ -1,4 +1,4 @@
-// The data that a plan carries on beside the state: taken out of one plan and put into another, they give the same bits.
+// The data that a plan carries beside the state: moved from one plan into another, they give the same bits.
 #include <doctest/doctest.h>
 
 #include <array>
@@ -21,8 +21,8 @@ using test::Batch;
 using test::Joined;
 using test::Layout;
 
-// Sweeps that carry on what the springs did, of a grid and of lists: in colours, and as a sheet whose particles have any
-// numbers.
+// Sweeps that carry the springs' accelerations, for a grid and for lists: in colours, and as a sheet whose particles are
+// numbered in any order.
 std::vector<Joined> sweeps() {
   std::vector<Joined> scenes;
   Joined grid = test::sheet(9, 14, 50, 0.001);
@@ -35,7 +35,7 @@ std::vector<Joined> sweeps() {
   return scenes;
 }
 
-// Steps `before`, stores the state, and goes on with it in another plan: the hash after `after` more.
+// Steps 7 times, moves the state into another plan with or without the carried data, and returns the hash after further steps.
 template <class T>
 std::uint64_t gone_on(const Joined& joined, Isa isa, Isa other, bool is_carried) {
   Batch<T> start(Layout::soa, joined.x.size()), first(Layout::soa, joined.x.size()), second(Layout::aos, joined.x.size());
@@ -83,7 +83,7 @@ TEST_CASE("a workspace of the caller's is stored and restored as the plan's own"
   REQUIRE(plan.step(batch.view(), workspace, 7) == StepResult::done);
   const auto carried = plan.carried(batch.view(), workspace);
   CHECK(carried.size() == 1 + 3 * joined.x.size());
-  CHECK(plan.carried(batch.view()).size() == 1);  // its own has not stepped this state
+  CHECK(plan.carried(batch.view()).size() == 1);  // the plan's own workspace has not stepped this state
   Workspace<float> other = plan.workspace();
   REQUIRE(plan.restore(carried, batch.view(), other).has_value());
   REQUIRE(plan.step(batch.view(), other, 9) == StepResult::done);
@@ -117,7 +117,7 @@ TEST_CASE("driven particles are on their way in the plan that goes on") {
   Plan<double> next = test::plan_of(joined, {.isa = best_isa()}, start.view());
   REQUIRE(plan.set_pose(0, {.translation = {0.01, 0, 0}, .rotation = {0, 0.1, 0}}).has_value());
   REQUIRE(plan.step(one.view(), 3) == StepResult::done);
-  REQUIRE(plan.set_places(0, std::vector<Vec3>{{0, 0.1, 0}, {1, 0.1, 0}}).has_value());  // asked for, and not begun
+  REQUIRE(plan.set_places(0, std::vector<Vec3>{{0, 0.1, 0}, {1, 0.1, 0}}).has_value());  // requested, but not begun
   copy(one.view(), two.view());
   REQUIRE(next.restore(plan.carried(one.view()), two.view()).has_value());
   REQUIRE(plan.step(one.view(), 4) == StepResult::done);
@@ -147,7 +147,7 @@ TEST_CASE("numbers that are not of this plan are refused and change nothing") {
   CHECK(state_hash(batch.view()) == never_stopped<float>(joined));
 }
 
-// Four particles in a sheet, swept; by C.
+// Four particles in a swept sheet, through C.
 struct ByC {
   ByC() {
     REQUIRE(dvdx_scene_create(DVDX_ABI_VERSION, &scene, &error) == DVDX_DONE);
@@ -189,7 +189,7 @@ TEST_CASE("by C likewise") {
   REQUIRE(count == 13);
   std::vector<double> numbers(count, -7);
   REQUIRE(dvdx_plan_carried(plan, &state, numbers.data(), 3, &count, &c.error) == DVDX_DONE);
-  CHECK(numbers[3] == -7);  // there was room for three
+  CHECK(numbers[3] == -7);  // only three were allowed
   REQUIRE(dvdx_plan_carried(plan, &state, numbers.data(), count, &count, &c.error) == DVDX_DONE);
   auto two = one;
   dvdx_state other = view(two);

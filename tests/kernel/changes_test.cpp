@@ -1,4 +1,4 @@
-// A plan that is changed while it runs: it steps as one compiled anew from the scene that it then has.
+// Changes of a running plan: it steps as one compiled anew from its present scene.
 #include <doctest/doctest.h>
 
 #include <algorithm>
@@ -39,7 +39,7 @@ std::vector<Coupling> couplings() {
           {.scheme = Scheme::accumulate, .method = Method::combined}};
 }
 
-// Two sheets more behind the first: alike until one of them is changed.
+// Adds two more sheets behind the first; all are alike until one is changed.
 Joined stacked(Joined joined) {
   joined.name += ", stacked";
   const std::size_t count = joined.x.size();
@@ -56,7 +56,7 @@ Joined stacked(Joined joined) {
   return joined;
 }
 
-// Sheets with and without diagonals, bend and damping, as grids, stacks of them and lists, by every scheme; free particles too.
+// Sheets with and without diagonals, bend and damping, as grids, stacks and lists, by every scheme; free particles too.
 std::vector<Joined> scenes() {
   std::vector<Joined> list;
   for (const Coupling& coupling : couplings()) {
@@ -85,7 +85,7 @@ std::vector<Joined> scenes() {
   return list;
 }
 
-// The particles numbered anew, so that no two springs of a row lead equally far.
+// Renumbers the particles, so that no two springs of a row have the same index distance.
 Joined shuffled(Joined joined) {
   joined.name += ", shuffled";
   const std::size_t count = joined.x.size();
@@ -106,7 +106,7 @@ Joined shuffled(Joined joined) {
   return joined;
 }
 
-// Lists that sweeps walk as sheets.
+// Lists that sweeps recognise as sheets.
 std::vector<Joined> sheet_lists() {
   std::vector<Joined> all;
   for (const Coupling& coupling :
@@ -125,8 +125,8 @@ std::vector<Joined> sheet_lists() {
   return all;
 }
 
-// Lists whose changes are made in place: with no spring, some or all of them damped, two springs between the same two, springs
-// between fixed particles, in an order of their own, in still air or in wind, with and without springs of no rest length.
+// Lists that change in place: without springs, with some or all of them damped, with two springs between the same ends, with
+// springs between fixed particles, reordered, in still air or in wind, with and without springs of zero rest length.
 std::vector<Joined> lists() {
   std::vector<Joined> all;
   for (const Coupling& coupling : std::vector<Coupling>{{.scheme = Scheme::leapfrog, .substeps = 30},
@@ -179,7 +179,7 @@ Expected<void> change(Plan<T>& plan, std::size_t count, Random& random) {
   const auto particle = static_cast<std::size_t>(random.below(count));
   const std::size_t contact = scene.contacts.empty() ? 0 : random.below(scene.contacts.size());
   const std::size_t network = random.below(scene.networks.size());
-  // The network of particle i: in a stack, that of its sheet.
+  // The network of particle i; in a stack, that of its sheet.
   const auto network_of = [&](std::size_t i) {
     const bool are_grids = std::holds_alternative<Grid>(scene.networks[0]);
     return are_grids ? i / (count / scene.networks.size()) : std::size_t{0};
@@ -254,7 +254,7 @@ std::uint64_t hash_after(const Plan<T>& plan, const State<T>& from, std::size_t 
   return state_hash(batch.view());
 }
 
-// Changes a plan so many times, with a step after each, and compares it with one compiled anew.
+// Changes a plan `changes` times, with a step after each, and compares it with one compiled anew.
 template <class T>
 void change_at_random(const Joined& joined, std::uint64_t seed, int changes) {
   Random random{seed};
@@ -273,7 +273,7 @@ void change_at_random(const Joined& joined, std::uint64_t seed, int changes) {
     plan.forget();
     const std::uint64_t wanted = hash_after(*anew, batch.view(), 2);
     CHECK(hash_after(plan, batch.view(), 2) == wanted);
-    // Lists in sweeps keep coefficients that have become equal as their own.
+    // Swept lists keep separate coefficients even after these have become equal.
     const bool shares_sets =
         joined.scene.coupling.scheme == Scheme::sequential && std::holds_alternative<Springs>(joined.scene.networks[0]);
     if (n == 0 && seed % 8 == 0 && !shares_sets) CHECK(plan.explain() == anew->explain());
@@ -326,7 +326,7 @@ TEST_CASE("changes: what a list keeps of its springs' rates is what it finds ane
   }
 }
 
-// The sheet is cut from side to side: its lower part falls freely, by every scheme, on every instruction set.
+// A sheet cut from side to side: the lower part falls freely, by every scheme, on every instruction set.
 TEST_CASE_TEMPLATE("changes: what hangs by torn springs falls", T, float, double) {
   constexpr std::size_t rows = 6, steps = 30;
   for (const Scheme scheme : {Scheme::leapfrog, Scheme::fourth_order, Scheme::sequential, Scheme::accumulate}) {
@@ -352,7 +352,7 @@ TEST_CASE_TEMPLATE("changes: what hangs by torn springs falls", T, float, double
         cut(upper - columns, upper + columns);
       }
       REQUIRE(plan.step(batch.view(), steps) == StepResult::done);
-      // The centre of what is cut off: y0 - g t^2 / 2.
+      // The centre of the cut-off part: y0 - g t^2 / 2.
       double fallen = 0;
       for (std::size_t i = 3 * columns; i < rows * columns; ++i) {
         fallen += static_cast<double>(batch.view().x[1][i]) - joined.x[i][1];
@@ -365,7 +365,7 @@ TEST_CASE_TEMPLATE("changes: what hangs by torn springs falls", T, float, double
   }
 }
 
-// Generalized alpha carries on what the springs did: a change that changes nothing does not make it start again.
+// Generalized alpha carries the springs' accelerations. A change without effect does not restart it.
 TEST_CASE("changes: what a plan remembers of its springs outlives a change") {
   for (const bool is_list : {false, true}) {
     Joined joined = test::sheet(4, columns, 40);
@@ -408,7 +408,7 @@ TEST_CASE("changes: particles are fixed and released beside those that a motion 
   CHECK(plan.fix(3).error().valid == "one that is neither fixed nor kinematic");
 }
 
-// A grid beside particles of its own, or summed pair by pair, is stepped as a list.
+// A grid beside free particles, or summed pair by pair, is stepped as a list.
 TEST_CASE_TEMPLATE("changes: kinds of springs come and go in a grid that is stepped as a list", T, float, double) {
   const std::array<GridStiffness, 6> given{{{.structural = 0, .shear = 16},
                                             {.structural = 60, .shear = 5, .bend = 8},
@@ -468,7 +468,7 @@ TEST_CASE("changes: a clone keeps what it had, and a change of it leaves the pla
   Plan<float> plan = test::plan_of(joined, {}, batch.view());
   const std::uint64_t before = hash_after(plan, batch.view(), 3);
   const Plan<float> clone = plan.clone();
-  REQUIRE(plan.set_force(0, Constant{.acceleration = {0, -9.8, 0}}).has_value());  // which keeps the springs of both
+  REQUIRE(plan.set_force(0, Constant{.acceleration = {0, -9.8, 0}}).has_value());  // the springs stay shared with the clone
   REQUIRE(plan.break_spring(0, {25, 26}).has_value());
   REQUIRE(plan.break_spring(0, {26, 27}).has_value());
   CHECK(hash_after(plan, batch.view(), 3) != before);
@@ -481,7 +481,7 @@ TEST_CASE("changes: a clone keeps what it had, and a change of it leaves the pla
   CHECK(hash_after(second, batch.view(), 3) != torn);
 }
 
-// By the list of the sheet's springs.
+// The reference result, from the list of the sheet's springs.
 template <class T>
 std::vector<Pair> longer(const Grid& grid, double stretch, const State<T>& state) {
   std::vector<Pair> found;
@@ -509,7 +509,7 @@ TEST_CASE_TEMPLATE("changes: springs that a state has stretched too far tear tog
     State<T> state = batch.view();
     test::place(joined, state);
     Plan<T> plan = test::plan_of(joined, {}, state);
-    for (const double far : {0.5, 8.0}) {  // cells that a particle is moved along its row; once more along the next
+    for (const double far : {0.5, 8.0}) {  // cells that a particle moves along its row; then also along the next
       state.x[0][2 * columns + 5] += static_cast<T>(far * grid.edge_u[0] / (columns - 1));
       state.x[0][4 * columns + 9] -= static_cast<T>(far * grid.edge_u[0] / (columns - 1));
       const std::vector<Pair> expected = longer(grid, 1.4, state);
@@ -519,7 +519,7 @@ TEST_CASE_TEMPLATE("changes: springs that a state has stretched too far tear tog
       std::vector<Pair> broken = std::visit([](const auto& of) { return of.broken; }, plan.scene().networks[0]);
       std::sort(broken.begin(), broken.end());
       CHECK(broken == expected);
-      CHECK(plan.tear(0, 1.4, state) == std::size_t{0});  // they tear once
+      CHECK(plan.tear(0, 1.4, state) == std::size_t{0});  // springs tear only once
     }
     test::place(joined, state);
     Joined other = joined;
@@ -552,7 +552,7 @@ TEST_CASE("changes: what names no place of the scene, or a value out of range, i
   CHECK(plan.set_contact(0, Plane{}).error().field == "contacts[0]");
   CHECK(plan.set_mass(20, 1).error().field == "particle");
   CHECK(plan.set_mass(3, 0).error().field == "mass[3]");
-  CHECK(plan.set_mass(3, 1e-310).error().message() == "mass[3] is 1e-310: must be a finite number > 0");  // 0 in a step
+  CHECK(plan.set_mass(3, 1e-310).error().message() == "mass[3] is 1e-310: must be a finite number > 0");  // zero in a step
   CHECK(plan.set_mass(3, -1).error().message() == "mass[3] is -1: must be a finite number > 0");
   CHECK(plan.fix(0).error().valid == "one that is neither fixed nor kinematic");
   CHECK(plan.fix(20).error().field == "particle");

@@ -1,4 +1,4 @@
-// A plan, its clones and workspaces: what they share, what each has for itself, and that threads may step them at once.
+// A plan, its clones and workspaces: shared and separate data, and simultaneous steps on threads.
 #include <doctest/doctest.h>
 
 #include <array>
@@ -23,7 +23,7 @@ using test::Batch;
 using test::Joined;
 using test::Layout;
 
-// One scene for each form of a network and for constraints.
+// One scene for each form of a network, and for constraints.
 std::vector<Joined> joined_scenes() {
   std::vector<Joined> scenes;
   const std::array<Coupling, 4> couplings{{{.scheme = Scheme::leapfrog},
@@ -42,7 +42,7 @@ std::vector<Joined> joined_scenes() {
   return scenes;
 }
 
-// A start of its own for each state: the scene's, shifted.
+// Gives each state its own start: the scene's, shifted.
 template <class T>
 void place_shifted(const Joined& joined, State<T>& state, double shift) {
   test::place(joined, state);
@@ -108,8 +108,8 @@ TEST_CASE("clone: what was compiled is shared, and a change of one leaves the ot
     REQUIRE(plan.set_force(0, Constant{.acceleration = {1, 2, 3}}).has_value());
     CHECK(clone.step_size() == joined.step);
     Scene as_compiled = joined.scene;
-    as_compiled.coupling.longest_substep = clone.scene().coupling.longest_substep;  // that was chosen
-    as_compiled.coupling.line_forces = clone.scene().coupling.line_forces;          // likewise
+    as_compiled.coupling.longest_substep = clone.scene().coupling.longest_substep;  // the plan's choice
+    as_compiled.coupling.line_forces = clone.scene().coupling.line_forces;          // also the plan's choice
     CHECK(clone.scene() == as_compiled);
     place_shifted(joined, batch.view(), 0);
     REQUIRE(clone.step(batch.view(), 20) == StepResult::done);
@@ -140,7 +140,7 @@ TEST_CASE("clone: a clone takes a workspace of memory, and none of the scene's")
     bytes = 0;
     const Plan<float> clone = plan->clone();
     CHECK(bytes + with.scene.fixed.size() * sizeof(PinnedState<float>) == of_workspace);
-    // Positions and velocities of 4096 particles, padded; sweeps keep shifts, forces and distances of 24 000 springs besides.
+    // Positions and velocities of 4096 padded particles; sweeps add shifts, forces and distances of 24 000 springs.
     CHECK(bytes < (scheme == Scheme::leapfrog ? 250'000 : 900'000));
   }
 }

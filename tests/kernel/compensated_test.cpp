@@ -1,4 +1,4 @@
-// Compensated float32: x + x_rest and v + v_rest are what a float64 plan makes of the same start, to 48 bits.
+// Compensated float32: x + x_rest and v + v_rest agree with a float64 plan from the same start to 48 bits.
 #include <doctest/doctest.h>
 
 #include <cmath>
@@ -20,7 +20,7 @@ using test::Batch;
 using test::is_close;
 using test::Layout;
 
-// A state in one layout with its rests in another.
+// A state in one layout with its rounding remainders in another.
 class Compensated {
  public:
   Compensated(Layout layout, std::size_t count) : values_(layout, count), rests_(Layout::soa_off_1, count) {
@@ -41,7 +41,7 @@ class Compensated {
   State<float> view_;
 };
 
-// The state in float64 after `steps` steps from the start that float32 holds.
+// The state in float64 after `steps` steps from the float32 start.
 template <class Place>
 std::vector<double> in_float64(const Scene& scene, double step, std::size_t count, std::size_t steps, const Place& place) {
   Batch<float> start(Layout::soa, count);
@@ -125,7 +125,7 @@ TEST_CASE("compensated: an orbit a thousand kilometres away is as good as one at
     return std::abs(x - (far + std::cos(6 * h * static_cast<double>(steps))));
   };
   CHECK(error(0) < 1e-9);
-  CHECK(error(1e6) < 1e-5);  // the bar; measured 1e-7, 48 bits of 1e6 m being 4e-9 m
+  CHECK(error(1e6) < 1e-5);  // the bar; measured 1e-7, where 48 bits of 1e6 m are 4e-9 m
 }
 
 TEST_CASE("compensated: seek and the clock follow the same numbers") {

@@ -1,4 +1,4 @@
-// The report of how contacts act on particles: the same on every way to step.
+// The report of contacts' effects on particles: the same in every way to step.
 #include <doctest/doctest.h>
 
 #include <algorithm>
@@ -24,7 +24,7 @@ using test::Batch;
 using test::Joined;
 using test::Layout;
 
-// Every word and event of a report, as bytes.
+// All sums and events of a report, as bytes.
 std::string bytes_of(const ContactReport& report) {
   std::string bytes;
   const auto add = [&](const auto& of) { bytes.append(reinterpret_cast<const char*>(of.data()), of.size_bytes()); };
@@ -52,7 +52,7 @@ std::vector<Way> ways(Arithmetic arithmetic) {
   return all;
 }
 
-// In sweeps: a plan goes through them one after the other, all steps of a call at a time.
+// Swept sheets: a plan steps them one after the other, all steps of a call at once.
 Joined two_sheets() {
   Joined joined = test::sheet(12, 17, 30);
   joined.scene.coupling.scheme = Scheme::sequential;
@@ -71,7 +71,7 @@ template <class T, class Place>
 void compare_ways(const Scene& scene, std::size_t count, double step, Arithmetic arithmetic, const Place& place) {
   constexpr std::size_t steps = 20;
   std::string expected;
-  std::vector<T> unreported;  // where a plan leads that reports nothing
+  std::vector<T> unreported;  // the result of a plan that reports nothing
   for (const Way& way : ways(arithmetic)) {
     CAPTURE(name(way.isa));
     CAPTURE(test::name(way.layout));

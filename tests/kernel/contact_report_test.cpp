@@ -1,4 +1,4 @@
-// The report of how contacts act on particles, against closed forms.
+// The report of contacts' effects on particles, compared with closed forms.
 #include "dvdx/contact_report.hpp"
 
 #include <doctest/doctest.h>
@@ -148,7 +148,7 @@ TEST_CASE_TEMPLATE("report: what slides on a curved surface with friction meets 
       const Sphere bowl{.center = {0, 1, 0}, .radius = 1, .side = Side::inside, .friction = 0.3, .viscosity = viscosity};
       const Sphere ball{.center = {}, .radius = 1, .friction = 0.3, .viscosity = viscosity};
       const Capsule capsule{.ends = {Vec3{0, 0, -1}, Vec3{0, 0, 1}}, .radius = {1, 1}, .friction = 0.3, .viscosity = viscosity};
-      // The angle's equation by Runge and Kutta, 0.4 s: speeds of 1.7449 and 1.2633 m/s, to first order in the step.
+      // The equation of the angle by Runge-Kutta, 0.4 s: speeds of 1.7449 and 1.2633 m/s, accurate to first order in the step.
       const double within = 0.04 * 20 / static_cast<double>(steps);
       CHECK(std::abs(speed_of(bowl, in_bowl, steps) - 1.7449) < within);
       CHECK(std::abs(speed_of(ball, on_top, steps) - 1.2633) < within);
@@ -210,7 +210,7 @@ TEST_CASE("report: friction of an impact turns a sphere about its center") {
   Scene scene;
   scene.mass = m;
   scene.add(Sphere{.center = {5, 1, 0}, .radius = 1, .restitution = e, .friction = mu});
-  // Without forces it goes straight to the sphere's top, at 4 m/s along and 1 m/s onto it.
+  // Without forces the particle moves straight to the sphere's top, at 4 m/s along it and 1 m/s onto it.
   const Reported<double> run(scene, {{Vec3{4, 2.25, 0}, Vec3{4, -1, 0}}}, 30);
   REQUIRE(run.report.events().size() == 1);
   const ContactEvent& event = run.report.events()[0];
@@ -218,7 +218,7 @@ TEST_CASE("report: friction of an impact turns a sphere about its center") {
   const double pressed = size(event.impulse);
   CHECK(sum.hits == 1);
   CHECK(sum.impulse == event.impulse);
-  // By the closed form: where the line meets the sphere, and what remains of the velocity there.
+  // The closed form: the intersection of the line with the sphere, and the remaining velocity there.
   const Vec3 r{event.x[0] - 5, event.x[1] - 1, event.x[2]};
   CHECK(is_close(size(r), 1, 1e-12));
   CHECK(is_close(event.x[1], 2.25 - event.time, 1e-12));
@@ -268,7 +268,7 @@ TEST_CASE("report: momentum is kept between particles, surfaces and gravity") {
   }
 }
 
-// Pulses of springs press and pull what stands still, two walls take them at once, and in no scheme is one of them lost.
+// Pulses of springs press and pull resting particles, two walls take them up at once, and no scheme loses a pulse.
 TEST_CASE("report: momentum is kept between a ring of springs, an edge that it falls into, and gravity") {
   constexpr std::size_t count = 12;
   constexpr std::size_t steps = 150;

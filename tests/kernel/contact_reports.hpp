@@ -1,4 +1,4 @@
-// A few particles and the report of how contacts act on them.
+// A few particles and the report of contacts' effects on them.
 #pragma once
 
 #include <doctest/doctest.h>

@@ -1,4 +1,4 @@
-// Normals and bounds: against closed forms and sums over triangles, in every layout.
+// Normals and bounds, compared with closed forms and with sums over triangles, in every layout.
 #include "dvdx/drawing.hpp"
 
 #include <doctest/doctest.h>
@@ -32,7 +32,7 @@ std::vector<Triangle> faces_of(const Grid& grid) {
   return all;
 }
 
-// In double, triangle by triangle.
+// The sums in double, triangle by triangle.
 template <class T>
 std::vector<Vec3> summed(const std::vector<Triangle>& triangles, const State<T>& state) {
   std::vector<Vec3> n(state.count);
@@ -51,7 +51,7 @@ std::vector<Vec3> summed(const std::vector<Triangle>& triangles, const State<T>&
   return n;
 }
 
-// A crumpled sheet that does not begin with the first particle.
+// A crumpled sheet that does not start at particle 0.
 Grid crumpled(std::size_t rows, std::size_t columns) {
   return {.rows = rows, .columns = columns, .first = 5, .edge_u = {1, 0, 0}, .edge_v = {0, 0, 1}};
 }
@@ -139,7 +139,7 @@ TEST_CASE_TEMPLATE("a normal without a direction is zero", T, float, double) {
   }
   normals(grid, batch.view(), out.view().x);
   for (std::size_t i = 0; i < 20; ++i) CHECK(is_zero(i));
-  // One that is not a number spoils those around it and no other.
+  // A NaN spoils its neighbours' normals only.
   for (std::size_t i = 0; i < 20; ++i) {
     batch.view().x[0][i] = static_cast<T>(i % 5);
     batch.view().x[2][i] = static_cast<T>(i / 5);

@@ -1,4 +1,4 @@
-// The caller's floating-point modes and flags: not seen by a step, and not changed by it.
+// A step neither depends on the caller's floating-point modes and flags nor changes them.
 #include "work/environment.hpp"
 
 #include <doctest/doctest.h>
@@ -27,7 +27,7 @@ using test::NamedScene;
 
 constexpr std::size_t count = 1000;
 constexpr std::size_t steps = 66;  // enough for threads
-constexpr std::size_t few = 71;    // particles: blocks of several registers, and a rest
+constexpr std::size_t few = 71;    // particles: blocks of several registers, and a remainder
 constexpr std::size_t few_steps = 10;
 
 template <class T>
@@ -61,7 +61,7 @@ class RoundingMode {  // for a scope
   ~RoundingMode() { std::fesetround(FE_TONEAREST); }
 };
 
-// Damps to far below the smallest normal number in a thousand steps.
+// Decays far below the smallest normal number within a thousand steps.
 NamedScene decaying() {
   NamedScene scene{.name = "decaying", .scene = {}, .step = 0.1};
   scene.scene.add(Spring{.stiffness = 100.0, .damping = 4});
@@ -69,7 +69,7 @@ NamedScene decaying() {
 }
 
 #if defined(__x86_64__)
-constexpr unsigned odd_modes[] = {0x1F80,                    // as a program starts
+constexpr unsigned odd_modes[] = {0x1F80,                    // the default of a program
                                   0x1F80 | 0x003D,           // all exceptions but denormal raised
                                   0x1F80 | 0x2000 | 0x0020,  // downwards, inexact raised
                                   0x1F80 | 0x4000,           // upwards
@@ -143,7 +143,7 @@ TEST_CASE_TEMPLATE("a scene that decays to nothing contains no denormals on any 
       for (const T value : test::values_of(batch.view())) denormals += std::fpclassify(value) == FP_SUBNORMAL ? 1U : 0U;
     }
     CHECK(denormals == 0);
-    // The rest stands still: its steps are flushed.
+    // The remainder stays constant: its steps are flushed to zero.
     for (const T value : test::values_of(batch.view())) CHECK(std::abs(value) < 64 * std::numeric_limits<T>::min());
   }
 }

@@ -1,4 +1,4 @@
-// The claims of `explain` about accuracy and stability. Whether the orders are the true ones is measured in accuracy_test.cpp.
+// The claims of `explain` about accuracy and stability. accuracy_test.cpp measures whether the orders are true.
 #include <doctest/doctest.h>
 
 #include <cmath>
@@ -34,7 +34,7 @@ TEST_CASE("explain: stiff radial springs are of second order, and unstable where
   for (int i = 0; i < 3; ++i) {
     scene.add(RadialSpring{.stiffness = 900.0, .anchor = Vec3{0, 0, 0}, .rest_length = 1.0});
   }
-  // Each spring's z = 30 h; three kicks together come to 12 sin^2(z/2): above 4 from z = 1.23 on.
+  // z = 30 h for each spring. Three kicks together amount to 12 sin^2(z/2), which exceeds 4 from z = 1.23 on.
   const std::string slow = words(scene, 0.03);
   CHECK_FALSE(says(slow, exact));
   CHECK(says(slow, "accuracy     order 2 in the step\n"));
@@ -44,7 +44,7 @@ TEST_CASE("explain: stiff radial springs are of second order, and unstable where
   CHECK(says(fast, "highest frequency x step is 1.5;"));
   CHECK(says(fast, "UNSTABLE"));
   CHECK(says(fast, "a step of at most 0.0410"));
-  // It is so: a particle beside the rest length runs away at the one step and not at the other.
+  // The claim is true: near the rest length a particle diverges at one step and not at the other.
   for (const double step : {0.03, 0.05}) {
     Batch<double> batch(Layout::soa, 1);
     batch.view().x[0][0] = 1.001;
@@ -105,7 +105,7 @@ TEST_CASE("explain: a mesh says what its grid holds and what its cells cost") {
   scene.add(TriangleMesh{.vertices = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 2}},
                          .triangles = {{0, 2, 1}, {0, 1, 3}, {0, 3, 2}, {1, 2, 3}},
                          .cell = 0.125});
-  // 8, 8 and 16 cells with 3 on each side.
+  // 8, 8 and 16 cells, with 3 added on each side.
   CHECK(says(words(scene),
              "meshes       contacts[1]: 16 x 16 x 24 nodes, 49152 bytes, cells of 0.125 m: edges are rounded by up to"));
   CHECK(says(words(scene), "and what slides on a mesh is of order 1"));

@@ -1,5 +1,5 @@
-// A plan's explanation of itself, sentence by sentence, against what is worked out here: which forces combine and which stand
-// alone, whether a step is stable and what would be, the figures of networks, bytes and operations.
+// A plan's explanation, compared sentence by sentence with results computed here: which forces combine and which stay separate,
+// the stability of a step and the largest stable one, the figures of networks, bytes and operations.
 #include <doctest/doctest.h>
 
 #include <cmath>
@@ -30,7 +30,7 @@ std::string explained(const Scene& scene, Options options = {}, const std::vecto
 
 bool says(const std::string& text, const std::string& words) { return text.find(words) != std::string::npos; }
 
-// The lines that begin with the word, without it.
+// The lines that begin with the word, with the word removed.
 std::vector<std::string> lines_of(const std::string& text, const std::string& word) {
   std::vector<std::string> lines;
   std::istringstream in(text);
@@ -42,7 +42,7 @@ std::vector<std::string> lines_of(const std::string& text, const std::string& wo
   return lines;
 }
 
-// The number behind the words; not a number where they are not said.
+// The number after the words; NaN if the words are missing.
 double number_after(const std::string& text, const std::string& words) {
   const auto at = text.find(words);
   return at == std::string::npos ? std::numeric_limits<double>::quiet_NaN()
@@ -54,7 +54,7 @@ double larger_eigenvalue(double trace, double determinant) {
   return discriminant <= 0 ? std::sqrt(determinant) : std::abs(trace) / 2 + std::sqrt(discriminant);
 }
 
-// Springs of these angles omega h on one particle, each integrated alone, h = 1: the step's matrix and its spectral radius.
+// Springs with angles omega h on one particle, each integrated separately, h = 1: the step's matrix and its spectral radius.
 double radius_of(Method method, const std::vector<double>& angles) {
   double A = 0, B = 0, C = 0, D = 0;  // dv = -A x - B v, dx = -C x - D v
   for (const double z : angles) {
@@ -118,7 +118,7 @@ TEST_CASE("explain: the spectral radius of separate contributions is that of the
       CAPTURE(text);
       CAPTURE(radius);
       const double said = number_after(text, "spectral radius ");
-      if (std::isnan(said)) {  // one spring by its own exact motion
+      if (std::isnan(said)) {  // one spring by its exact motion
         CHECK(method == Method::exact);
         CHECK(angles.size() == 1);
         continue;
@@ -133,7 +133,7 @@ TEST_CASE("explain: the spectral radius of separate contributions is that of the
 }
 
 TEST_CASE("explain: an unstable step is told the largest stable one, and where there is none that no step cures it") {
-  // symplectic Euler takes omega h = 2, average acceleration of one spring pi
+  // symplectic Euler is stable up to omega h = 2, average acceleration of one spring up to pi
   const auto euler = explained<double>(springs_by(Method::symplectic_euler, {2.5}, h), {.step = h});
   CHECK(is_close(number_after(euler, "what to do: a step of at most "), h * 2 / 2.5, 1e-5));
   const auto average = explained<double>(springs_by(Method::average_acceleration, {3.5}, h), {.step = h});
@@ -166,7 +166,7 @@ TEST_CASE_TEMPLATE("explain: bytes and operations are those of the step that it 
     int operations;
   };
   // An axis: drift x + (S v + Q) and v + (P - B v), 3 + 3. Fused e = x - c, x + (S v - C e), v - (A e + B v), 1 + 4 + 4. Shear
-  // e = x - c and back, t1 v and t2 v added, s e + kappa v taken off, 2 + 2 + 2 + 4. Driven two more; four for each sinusoid.
+  // e = x - c and back, t1 v and t2 v added, s e + kappa v subtracted, 2 + 2 + 2 + 4. Driven: + 2; a sinusoid: + 4.
   Scene falling, bound, damped, forced, twice_forced;
   falling.add(Constant{.acceleration = {0, -9.81, 0}});
   bound.add(Spring{.stiffness = 9.0});
@@ -229,7 +229,7 @@ TEST_CASE(
       const auto text = explained<double>(pair_of(k, m1, m2, {}), {.step = h}, {{0, 0, 0}, {1, 0, 0}});
       CAPTURE(text);
       CHECK(is_close(number_after(text, "frequency    "), omega, 1e-3));
-      const double bound = number_after(text, "at the start, at most ");  // Gershgorin's, in any position
+      const double bound = number_after(text, "at the start, at most ");  // Gershgorin's bound, valid in any position
       CHECK(bound >= omega * (1 - 1e-5));
       CHECK(bound <= std::sqrt(2) * omega * (1 + 1e-5));
       const double substeps = number_after(text, "leapfrog, ");

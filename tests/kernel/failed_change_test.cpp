@@ -1,5 +1,5 @@
-// A change of a plan that fails changes nothing, whichever of its allocations fails. A program of its own: every operator new
-// of it can be made to fail.
+// A failed change of a plan changes nothing, whichever of its allocations fails. The test is a separate program, because it
+// makes operator new fail on demand.
 #define DOCTEST_CONFIG_IMPLEMENT_WITH_MAIN
 #include <doctest/doctest.h>
 
@@ -21,7 +21,7 @@
 #include "kernel/passes/cloths.hpp"
 #include "support/batch.hpp"
 
-std::optional<long> allocations_left;  // none: as many as there is memory for
+std::optional<long> allocations_left;  // none: no limit
 
 void* allocated(std::size_t bytes, std::size_t alignment) {
   if (allocations_left && (*allocations_left)-- <= 0) throw std::bad_alloc();
@@ -34,7 +34,7 @@ void* operator new(std::size_t bytes) { return allocated(bytes, 16); }
 void* operator new(std::size_t bytes, std::align_val_t alignment) {
   return allocated(bytes, static_cast<std::size_t>(alignment));
 }
-// Not inlined: g++ would see free() of what operator new gave.
+// Not inlined: g++ would warn of free() for memory from operator new.
 [[gnu::noinline]] void operator delete(void* p) noexcept { std::free(p); }
 [[gnu::noinline]] void operator delete(void* p, std::size_t) noexcept { std::free(p); }
 [[gnu::noinline]] void operator delete(void* p, std::align_val_t) noexcept { std::free(p); }
@@ -53,9 +53,9 @@ Plan<T> plan_of(const Joined& joined) {
   return std::move(*plan);
 }
 
-enum class Words { looked_at, left_out };  // eigenvalues of the springs are among them
+enum class Words { looked_at, left_out };  // the words of `explain` include eigenvalues of the springs
 
-// The hash of the state that a plan reaches, and its explanation of itself.
+// The hash of the state after the plan's steps, and its explanation.
 template <class T>
 std::string seen(const Joined& joined, const Plan<T>& plan, Words words = Words::looked_at) {
   Batch<T> batch(Layout::soa, joined.x.size());
@@ -67,7 +67,7 @@ std::string seen(const Joined& joined, const Plan<T>& plan, Words words = Words:
 template <class T>
 using Change = std::function<Expected<void>(Plan<T>&)>;
 
-// Lets the change fail at its first allocation, its second, ... until it has enough. How many it needed.
+// Makes the change fail at its first allocation, its second, ... until it succeeds. Returns the number of allocations it needs.
 template <class T>
 long fails_without_trace(const Joined& joined, const Change<T>& change) {
   const std::string before = seen(joined, plan_of<T>(joined));
@@ -119,7 +119,7 @@ Joined stacked(Joined joined) {
   return joined;
 }
 
-// Sheets by every scheme and form, chains with constraints, and particles on their own.
+// Sheets by every scheme and form, chains with constraints, and free particles.
 std::vector<Joined> all_joined() {
   std::vector<Joined> list;
   const Joined grid = sheet(5, 6, 50, 0.001);
@@ -170,7 +170,7 @@ TEST_CASE_TEMPLATE("a change that fails for want of memory changes nothing", T, 
   }
 }
 
-// Where a first part of memory is taken only by the first change of a kind, and where a clone shares the plan.
+// Covers changes whose first use allocates memory, and clones that share the plan's data.
 TEST_CASE("a change of what is joined that fails for want of memory changes nothing") {
   using T = float;
   const std::vector<Joined> all = all_joined();
@@ -273,7 +273,7 @@ TEST_CASE_TEMPLATE("a change that is refused changes nothing", T, float, double)
   }
 }
 
-// After the first change of a kind, those of one particle; and a tear takes what names it.
+// After the first change of a kind, further changes of one particle need no memory; a tear needs memory for its record.
 void takes_no_memory(const Joined& joined) {
   CAPTURE(joined.name);
   Plan<float> plan = plan_of<float>(joined);
@@ -293,9 +293,9 @@ void takes_no_memory(const Joined& joined) {
   };
   const std::string before = seen(joined, plan);
   CHECK(takes(0, [](Plan<float>& p) { return p.set_mass(10, 0.03); }));
-  CHECK(takes(1, [](Plan<float>& p) { return p.fix(22); }));  // what is held, of which there may be more than before
+  CHECK(takes(1, [](Plan<float>& p) { return p.fix(22); }));  // the list of held particles may grow
   CHECK(takes(1, [](Plan<float>& p) { return p.release(22); }));
-  CHECK(takes(4, [](Plan<float>& p) { return p.break_spring(0, {9, 10}); }));  // what names it, in the scene and for a check
+  CHECK(takes(4, [](Plan<float>& p) { return p.break_spring(0, {9, 10}); }));  // its record, in the scene and for a check
   if (std::holds_alternative<Springs>(joined.scene.networks[0])) {
     CHECK(takes(4, [](Plan<float>& p) { return p.set_stiffness(0, SpringsStiffness{.stiffness = 30.0, .damping = 0.001}); }));
   }

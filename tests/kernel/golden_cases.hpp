@@ -1,4 +1,4 @@
-// The cases whose hashes golden_test.cpp holds, a line each.
+// The cases whose hashes golden_test.cpp stores, one a line.
 #pragma once
 
 #include <doctest/doctest.h>
@@ -21,7 +21,7 @@ namespace golden_test {
 
 using namespace dvdx;
 
-// Steps of many sub-steps or iterations, each of which does what all do.
+// The number of steps for cases with many sub-steps or iterations, each of which runs the same code.
 inline constexpr std::size_t few = 2;
 
 inline const std::array<std::pair<Method, const char*>, 5> methods = {{{Method::combined, "combined"},
@@ -41,7 +41,7 @@ Shape touched(Shape shape, Response response, ContactPath sweep) {
   return shape;
 }
 
-// Every shape, response and sweep by itself; two walls that a particle meets in one step.
+// Every shape, response and sweep separately, and two walls that a particle meets in one step.
 inline Cases contact_cases() {
   Cases cases;
   const std::pair<Contact, const char*> shapes[] = {
@@ -100,7 +100,7 @@ inline std::vector<double> numbers(double low, double high, std::uint64_t stream
   return list;
 }
 
-// Every method, with a stiffness, rest length and anchor for all and for each.
+// Every method, with a shared and an individual stiffness, rest length and anchor.
 inline Cases radial_cases() {
   Cases cases;
   for (const auto& [method, name] : methods) {
@@ -115,13 +115,13 @@ inline Cases radial_cases() {
   return cases;
 }
 
-// A pair's contribution by every method, along both axes, of springs that are damped.
+// A pair's contribution by every method, along both axes, of damped springs.
 inline Cases accumulate_cases() {
   Cases cases;
   const std::pair<PairAxis, const char*> axes[] = {{PairAxis::midpoint, "midpoint"}, {PairAxis::start, "start"}};
   for (const auto& [method, name] : methods) {
     for (const auto& [axis, axis_name] : axes) {
-      if (method == Method::combined && axis == PairAxis::start) continue;  // its pulse acts at the middle in any case
+      if (method == Method::combined && axis == PairAxis::start) continue;  // its pulse always acts at the middle
       test::Joined sheet = test::sheet(7, 18, 50, 0.001);
       sheet.scene.coupling = {.scheme = Scheme::accumulate, .substeps = 20, .method = method, .axis = axis};
       sheet.name = std::string("accumulate: ") + name + ", " + axis_name;
@@ -131,8 +131,8 @@ inline Cases accumulate_cases() {
   return cases;
 }
 
-// Springs that each particle sums, with damping and without: a grid that bends, the list of its springs, and a rope beside it,
-// where one of the two networks alone is damped. Sub-steps are given, as golden_of_networks() has them.
+// Springs summed by each particle, with and without damping: a grid that bends, the list of its springs, and the list with a
+// rope beside it, where only one of the two networks is damped. The sub-steps are given, as in golden_of_networks().
 inline Cases pulse_cases() {
   Cases cases;
   for (const auto& [coupling, scheme] : {std::pair{Coupling{.scheme = Scheme::leapfrog, .substeps = 10}, "leapfrog"},
@@ -158,7 +158,7 @@ inline Cases pulse_cases() {
   return cases;
 }
 
-// A grid and a list in a wind that gusts, with a torn side and one particle that is held, by every way in which air acts.
+// A grid and a list in gusts, with a torn side and one held particle, by every way in which air acts.
 inline Cases air_cases() {
   Cases cases;
   for (const auto& [coupling, scheme] :
@@ -186,7 +186,7 @@ inline Cases air_cases() {
   return cases;
 }
 
-// A sheet on a skin that is carried and turns, out of the balls behind it, tethered; and a list of its springs.
+// A sheet on a skin that moves and turns, outside the balls behind it, tethered; and a list of its springs.
 inline Cases skin_cases() {
   Cases cases;
   for (const auto& [coupling, scheme] :
@@ -244,7 +244,7 @@ inline Cases meet_cases() {
   return {case_of(grains), case_of(sheet)};
 }
 
-// A sheet that falls on a sphere and is kept from sinking into a plane.
+// A sheet that falls on a sphere while a plane stops it from sinking.
 inline Cases sheet_contact_cases() {
   Cases cases;
   const auto add = [&](Scheme scheme, double theta, const char* name) {
@@ -262,7 +262,7 @@ inline Cases sheet_contact_cases() {
   return cases;
 }
 
-// A chain of particles two centimetres apart, moving, its first particle fixed.
+// A moving chain of particles two centimetres apart, the first one fixed.
 inline test::Joined chain(std::string name) {
   test::Joined joined;
   joined.name = "constraints: " + std::move(name);
@@ -276,7 +276,7 @@ inline test::Joined chain(std::string name) {
   return joined;
 }
 
-// A row of a sheet that is swung, above a sphere that passes and a plane that tilts; and particles with no sheet among them.
+// A sheet swung by one row, above a moving sphere and a tilting plane; and the same with free particles.
 inline Cases motion_cases() {
   const auto add_world = [](Scene& scene) {
     scene.add(
@@ -350,7 +350,8 @@ inline Cases constraint_cases() {
   return cases;
 }
 
-// Sequential without theta, in all forms of its sweeps: damped and not, coarse and fine sub-steps, in contact and constrained.
+// Sequential without theta, in all forms of its sweeps: with and without damping, coarse and fine sub-steps, contacts and
+// constraints.
 inline Cases generalized_alpha_cases() {
   Cases cases;
   const auto add = [&](test::Joined sheet, int substeps, const std::string& what) {
@@ -399,7 +400,7 @@ std::uint64_t compensated_hash(const Scene& scene, double step, std::size_t part
   return hash(hash(hash_start, test::values_of(values.view())), test::values_of(rests.view()));
 }
 
-// Every flow as it is, with contacts, with radial springs and with both.
+// Every flow without extras, with contacts, with radial springs and with both.
 inline Cases compensated_cases() {
   Cases cases;
   for (const auto& [features, name] :
@@ -434,8 +435,8 @@ Column<T> column_of(std::vector<T>& values) {
   return {.base = values.data(), .stride = sizeof(T), .capacity = values.size()};
 }
 
-// The hash of the particles alive at the end, with ages, lifetimes and a column that is carried, and of how many were born,
-// removed and dropped.
+// The hash of the live particles at the end, with ages, lifetimes and a carried column, and of the numbers of births, removals
+// and dropped particles.
 template <class T>
 std::uint64_t live_hash(std::uint64_t sum, const Lifecycle& turnover, Isa isa) {
   constexpr double step = 1.0 / 64;
@@ -458,7 +459,7 @@ std::uint64_t live_hash(std::uint64_t sum, const Lifecycle& turnover, Isa isa) {
     lifetime[i] = i % 3 == 0 ? std::numeric_limits<T>::infinity() : static_cast<T>(0.05 + test::uniform(9, i));
     ids[i] = static_cast<std::uint32_t>(i + 1);
   }
-  const bool goes = turnover.removal.not_finite == NotFinite::removed;  // else it becomes a NaN, whose sign is the machine's
+  const bool goes = turnover.removal.not_finite == NotFinite::removed;  // otherwise a NaN, whose sign is the machine's
   if (goes) live.state.x[1][7] = std::numeric_limits<T>::infinity();
   REQUIRE(plan->step(live, 60) == StepResult::done);
 

@@ -1,4 +1,4 @@
-// States after some steps, hashed.
+// Hashes of states after some steps.
 #pragma once
 
 #include <doctest/doctest.h>
@@ -63,7 +63,7 @@ std::vector<T> stepped(const test::Joined& joined, Isa isa, Arithmetic arithmeti
   return test::values_of(batch.view());
 }
 
-// Sub-steps are given: the chosen number depends on an eigenvalue, which need not be the same to its last bit.
+// The sub-steps are given: a chosen number depends on an eigenvalue, whose last bit may differ.
 inline std::uint64_t golden_of_networks(Isa isa) {
   std::uint64_t sum = hash_start;
   for (const Coupling& coupling :
@@ -80,7 +80,7 @@ inline std::uint64_t golden_of_networks(Isa isa) {
   return sum;
 }
 
-inline constexpr std::size_t count = 53;  // whole registers and a rest, on every instruction set
+inline constexpr std::size_t count = 53;  // whole registers and a remainder, on every instruction set
 
 struct Case {
   std::string name;

@@ -1,5 +1,5 @@
-// The states after some steps of every kind of scene, hashed. They must be the same on every machine, with every compiler and
-// at every level of optimisation, or else coefficients depend on the build.
+// Hashes of the states of every kind of scene after some steps. They must be the same on every machine, with every compiler and
+// at every level of optimisation. Otherwise coefficients depend on the build.
 #include <doctest/doctest.h>
 
 #include <array>
@@ -17,13 +17,13 @@ namespace golden_test {
 
 using namespace dvdx;
 
-// Where a change of the arithmetic is meant, the test's message has the new numbers.
+// After an intended change of arithmetic, the test's message gives the new numbers.
 constexpr std::uint64_t golden_separate = 15184788198911441522U;
 constexpr std::uint64_t golden_contracted = 14901867960843675406U;
 constexpr std::uint64_t golden_networks = 2030490220018824651U;
 
-// The cases that the three above leave out: a line each, so that a change shows what it changes. Compensated states and
-// particles that come and go have no contracted form: 0.
+// The cases not covered by the three hashes above, one a line, so that a change shows which cases it affects. Compensated
+// states and particles that come and go have no contracted form: 0.
 struct Golden {
   std::string_view name;
   std::uint64_t separate, contracted;
@@ -170,7 +170,7 @@ constexpr Golden golden_cases[] = {
     {"lifecycle: births and removal without order", 0x438314195213573C, 0},
 };
 
-// A line of the table above, of what the scalar reference gives now.
+// The line of the table above with the scalar reference's present hashes.
 std::string line_of(const Case& tried) {
   std::array<char, 40> numbers{};
   std::snprintf(numbers.data(), numbers.size(), "0x%016llX, ",

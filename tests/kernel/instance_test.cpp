@@ -1,5 +1,4 @@
-// Instances: a state with all that belongs to it has the bits of a plan of its own, and is carried, driven and stepped by
-// itself.
+// Instances: a state with its own data has the bits of a plan of its own. Each is carried, driven and stepped separately.
 #include "dvdx/instance.hpp"
 
 #include <doctest/doctest.h>
@@ -179,17 +178,17 @@ TEST_CASE("instance: advance takes whole steps, moves what is driven evenly thro
   REQUIRE(instance->move(pins, at(0)).has_value());
   CHECK(*instance->advance(0.125) == 1);
   REQUIRE(instance->move(pins, at(3)).has_value());
-  CHECK(*instance->advance(0.1875) == 1);  // 0.0625 s are left, a third of the frame
+  CHECK(*instance->advance(0.1875) == 1);  // 0.0625 s remain, a third of the frame
   CHECK(state.x[1][0] == doctest::Approx(2));
   CHECK(instance->state().clock.seconds == 0.25);
   Soa<double> drawn(2);
   State<double> drawing = drawn.view();
   REQUIRE(instance->blend(drawing).has_value());
-  CHECK(drawing.x[1][0] == doctest::Approx(1));  // half a step after the last but one
+  CHECK(drawing.x[1][0] == doctest::Approx(1));  // half a step after the last step but one
   REQUIRE(instance->move(pins, at(4)).has_value());
   CHECK(*instance->advance(0.0625) == 1);
   CHECK(state.x[1][0] == doctest::Approx(4));
-  CHECK(*instance->advance(100, 3) == 3);  // and the rest is left out
+  CHECK(*instance->advance(100, 3) == 3);  // the remaining time is skipped
   CHECK(instance->advance(-1).error().field == "frame_time");
 }
 
@@ -323,7 +322,7 @@ TEST_CASE("instance: misuse is an error that names what is wrong") {
   CHECK(instance->move(c.arm, pose_of({}, {0, 0, 0, 0})).error().field == "pose.rotation[0]");
   CHECK(instance->step(std::numeric_limits<double>::quiet_NaN()).error().field == "step");
   Instance<float> taken = std::move(*instance);
-  // Its plan is nobody else's: one that is put there stays there.
+  // The instance owns its plan exclusively: a plan assigned to it stays there.
   CHECK(instance->plan().set_step(frame).error().field == "plan");
   instance->plan() = plan.clone();
   CHECK(instance->plan().step_size() == plan.step_size());
@@ -403,7 +402,7 @@ TEST_CASE("workspace: poses of the plan are not ignored in silence, and a fresh 
   CHECK(state_hash(state) == state_hash(other));
   REQUIRE(before.set_places(0, pins_at(frame)).has_value());
   CHECK(plan.step(state, before) == StepResult::done);
-  REQUIRE(plan.set_step(frame / 3).has_value());  // other sub-steps: a workspace goes on
+  REQUIRE(plan.set_step(frame / 3).has_value());  // other sub-steps: the workspace continues
   CHECK(plan.step(state, before) == StepResult::done);
 }
 
@@ -438,7 +437,7 @@ TEST_CASE("pose: quaternions and matrices are what axis times angle says") {
   const double s = std::sin(angle / 2);
   const Pose of_quaternion = pose_of({1, 2, 3}, {5 * s * axis[0], 5 * s * axis[1], 5 * s * axis[2], 5 * std::cos(angle / 2)});
   for (std::size_t k = 0; k < 3; ++k) CHECK(of_quaternion.rotation[k] == doctest::Approx(angle * axis[k]));
-  for (const double turn : {0.1, 1.0, 2.0, 3.1}) {  // Rodrigues' rows, of every largest part
+  for (const double turn : {0.1, 1.0, 2.0, 3.1}) {  // matrices by Rodrigues' formula, each part the largest once
     for (const Vec3& n : {Vec3{1, 0, 0}, Vec3{0, 1, 0}, Vec3{0, 0, 1}, axis}) {
       Matrix34 m{};
       const double c = std::cos(turn), d = std::sin(turn);
@@ -482,7 +481,7 @@ TEST_CASE("cloth: edges and bends of triangles, and what is between two states")
   const std::vector<Triangle> triangles{{0, 1, 2}, {2, 1, 3}, {4, 3, 1}};
   CHECK(edges(triangles) == std::vector<Pair>{{0, 1}, {0, 2}, {1, 2}, {1, 3}, {1, 4}, {2, 3}, {3, 4}});
   CHECK(bend_pairs(triangles) == std::vector<Pair>{{0, 3}, {2, 4}});
-  const std::vector<Triangle> fin{{0, 1, 2}, {0, 1, 3}, {0, 1, 4}};  // a side of three
+  const std::vector<Triangle> fin{{0, 1, 2}, {0, 1, 3}, {0, 1, 4}};  // three triangles share a side
   CHECK(bend_pairs(fin).empty());
   const Springs springs = springs_of(triangles, {.stretch = 40, .bend = 2, .damping = 0.5});
   REQUIRE(springs.pairs.size() == 9);

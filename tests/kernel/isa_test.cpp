@@ -1,4 +1,4 @@
-// Which instruction sets there are, and that the one asked for is the one that runs.
+// The available instruction sets. The requested one must be the one that runs.
 #include <doctest/doctest.h>
 
 #include <algorithm>
@@ -57,7 +57,7 @@ Scene falling() {
   return scene;
 }
 
-// A table is nothing but pointers and widths: how many of its words are 0. A line that is left out of a table leaves one.
+// A table consists of pointers and widths. A line omitted from a table leaves a zero word, which this counts.
 std::size_t missing_entries(const Passes& passes) {
   static_assert(std::is_trivially_copyable_v<Passes> && sizeof(Passes) % sizeof(std::uintptr_t) == 0);
   std::array<std::uintptr_t, sizeof(Passes) / sizeof(std::uintptr_t)> words{};
@@ -82,8 +82,8 @@ TEST_CASE("the reference is always there, and the best ISA stands last") {
   }
 }
 
-// Every test that goes through the available instruction sets compares the reference with itself alone where this fails.
-// With sanitizers wide bodies are built in one arithmetic.
+// If this fails, every test over the available instruction sets compares only the reference with itself. Sanitizer builds
+// compile wide bodies in one arithmetic only.
 TEST_CASE("there is an instruction set beside the reference, and with each arithmetic that the machine has") {
   if (!test::has_several_isas()) return;
   const auto separate = available_isas();
@@ -108,7 +108,7 @@ TEST_CASE("names of instruction sets read back") {
 }
 
 TEST_CASE_TEMPLATE("every ISA has a table of its own, of its own width and its own functions", T, float, double) {
-  // Beside radial springs flows of a kind share a body; the reference asks each time.
+  // Beside radial springs, flows of a kind share a body; the reference branches at run time.
   std::set<StepBlock<T>> functions;
   std::size_t expected = 0;
   for (const Arithmetic arithmetic : {Arithmetic::separate, Arithmetic::contracted}) {
@@ -211,7 +211,7 @@ TEST_CASE("a DVDX_ISA that is not there is refused by name, unless an ISA is ask
   };
   refused("abacus", Arithmetic::separate);
   refused("AVX2", Arithmetic::separate);
-  refused("sse2", Arithmetic::contracted);  // which fuses nothing
+  refused("sse2", Arithmetic::contracted);  // it has no fused operation
 }
 
 }  // namespace isa_test

@@ -1,4 +1,4 @@
-// A character is carried elsewhere between two steps: pins, collider, skin and tethers jump, and nothing but places changes.
+// A character jumps between two steps: pins, collider, skin and tethers jump with it, and only places change.
 #include <doctest/doctest.h>
 
 #include <array>
@@ -25,7 +25,7 @@ constexpr std::size_t rows = 9, columns = 12;
 
 Vec3 plus(const Vec3& a, const Vec3& b) { return {a[0] + b[0], a[1] + b[1], a[2] + b[2]}; }
 
-// A sheet on a character that walks and sways: group 0 is its first row, motion 1 carries a ball, skin 0 holds its lower half.
+// A sheet on a walking and swaying character: group 0 is the first row, motion 1 carries a ball, skin 0 holds the lower half.
 struct Character {
   Joined joined = test::sheet(rows, columns, 400);
   std::vector<std::size_t> pins, skinned;
@@ -44,7 +44,7 @@ struct Character {
     scene.add(Tethers{.network = 0, .stretch = 1.02});
   }
 
-  // Where the character is at time t, m.
+  // The character's position at time t, m.
   static Vec3 place(double t) { return {1.5 * t, 0.02 * std::sin(9 * t), 0.4 * t * t}; }
   [[nodiscard]] std::vector<Vec3> at(const std::vector<std::size_t>& particles, const Vec3& place) const {
     std::vector<Vec3> points;
@@ -58,7 +58,7 @@ struct Character {
     REQUIRE(driven.set_skin(0, at(skinned, place), {}, arrival).has_value());
   }
 
-  // After each of so many frames; carried away by `jump` before frame number `when`.
+  // The states after each of `frames` frames; `jump` displaces the character before frame `when`.
   [[nodiscard]] std::vector<double> run(const Coupling& coupling, bool is_grid, std::size_t frames, std::size_t when,
                                         const Vec3& jump) const {
     Joined scene = is_grid ? joined : test::as_list(joined);
@@ -95,10 +95,10 @@ TEST_CASE("jumps: a character that is carried 100 m or 1000 km away changes noth
       CAPTURE(static_cast<int>(coupling.scheme));
       CAPTURE(is_grid);
       const auto wanted = character.run(coupling, is_grid, 24, 24, {});
-      // Places are rounded by 1.4e-14 and 1.2e-10 m there, which springs at 400 N/m on 1 g turn into velocities.
+      // Places there are rounded by 1.4e-14 and 1.2e-10 m. Springs of 400 N/m on 1 g turn that into velocities.
       CHECK(apart(wanted, character.run(coupling, is_grid, 24, 12, {100, 0, -30})) < 1e-8);
       CHECK(apart(wanted, character.run(coupling, is_grid, 24, 12, {1e6, 50, 0})) < 1e-5);
-      CHECK(apart(wanted, character.run(coupling, is_grid, 24, 0, {100, 0, -30})) < 1e-8);  // before anything has moved it
+      CHECK(apart(wanted, character.run(coupling, is_grid, 24, 0, {100, 0, -30})) < 1e-8);  // before any motion
     }
   }
 }
@@ -148,8 +148,8 @@ TEST_CASE("jumps: a call of no steps puts pins where they have jumped to") {
   }
 }
 
-// A ball that rests at x = -4 m until `jump` and is at 4 m from then on, where it goes on at 10 m/s: a stone at 0 is not swept,
-// one at 4.75 m is pushed. The first particle is carried.
+// A ball rests at x = -4 m until `jump`, is at 4 m from then on, and continues at 10 m/s: a stone at 0 is not swept, one at
+// 4.75 m is pushed. The first particle is carried.
 TEST_CASE("jumps: to a key that jumps nothing is swept, within a step or at its end, and what follows goes on from there") {
   for (const double jump : {0.1, 0.137}) {
     for (const Arrival arrival : {Arrival::moving, Arrival::jump}) {

@@ -1,4 +1,4 @@
-// Births: when, where and how many.
+// Births: their times, places and numbers.
 #include <doctest/doctest.h>
 
 #include <algorithm>
@@ -60,11 +60,11 @@ TEST_CASE("an emitter works from its start to its end") {
   CHECK(by(1.1) == 1);
   CHECK(by(2.5) == 15);
   CHECK(by(1e9) == 15);
-  const Emitter burst{.rate = 160'000, .start = 1.2, .end = 1.25};  // the difference of which is not what its decimals say
+  const Emitter burst{.rate = 160'000, .start = 1.2, .end = 1.25};  // the difference is not the one that the decimals suggest
   CHECK(births_until(burst, {.seconds = 2, .carry = 0}).whole == 8000);
 }
 
-// Times and rates are taken for what they are to 2^-50 of themselves: sums of that size are only right to their last bit.
+// Times and rates are accurate to a relative 2^-50: sums of that size are correct only to their last bit.
 TEST_CASE("a birth belongs to a time that is earlier by its rounding, and to none that is earlier than that") {
   const Emitter emitter{.rate = 1};
   const auto by = [&](double seconds) { return births_until(emitter, {.seconds = seconds, .carry = 0}).whole; };

@@ -1,4 +1,4 @@
-// Particles that come and go: the same bits whatever the instruction set, layout, threads and batching.
+// Particles that come and go: the same bits for every instruction set, layout, thread count and batching.
 #include <doctest/doctest.h>
 
 #include <algorithm>
@@ -13,7 +13,7 @@
 
 namespace living::bits_test {
 
-// All numbers after 24 steps, in calls of so many.
+// All numbers after 24 steps, in calls of `call` steps.
 template <class T>
 std::string after(Isa isa, Layout layout, std::size_t capacity, std::size_t call, SurvivorOrder order, double rate) {
   Living<T> living(layout, capacity);
@@ -31,7 +31,7 @@ TEST_CASE_TEMPLATE("same bits on every ISA, in every layout and in every batch o
       const double rate = 4.0 * static_cast<double>(capacity);
       const std::string wanted = after<T>(Isa::reference, Layout::soa, capacity, 1, order, rate);
       constexpr std::array<std::size_t, 3> calls = {1, 5, 24};
-      std::size_t turn = capacity;  // so that each ISA and each layout meets every call
+      std::size_t turn = capacity;  // each ISA and each layout meets every call
       for (const Isa isa : available_isas()) {
         for (const Layout layout : test::layouts) {
           const std::size_t call = calls[turn++ % calls.size()];
@@ -46,7 +46,7 @@ TEST_CASE_TEMPLATE("same bits on every ISA, in every layout and in every batch o
 }
 
 TEST_CASE_TEMPLATE("same bits on any number of threads" * doctest::test_suite("threads"), T, float, double) {
-  // Threads are worth their while from so many particles on in calls of 4, and in any order from so many at each step.
+  // Threads pay off from these counts on: in calls of 4, and without order at each step.
   constexpr std::size_t in_fours = steps_worth_threads / 4 + 700, each = steps_worth_threads + 700;
   const auto check = [](const Lifecycle& turnover, std::size_t count, std::size_t steps) {
     const auto bytes = [&](Layout layout, std::size_t call, std::size_t threads) {

@@ -1,4 +1,4 @@
-// Plans for particles that come and go are changed while they run.
+// Changes of running plans with particles that come and go.
 #include <doctest/doctest.h>
 
 #include <algorithm>

@@ -78,7 +78,7 @@ class Alive {
     return most;
   }
   [[nodiscard]] bool is_clean() const { return batch_.is_clean() && lives_.is_clean(); }
-  // All that steps change.
+  // Everything that steps change.
   [[nodiscard]] std::string bytes() const {
     std::string all;
     const auto add = [&all](const auto& value) { all.append(reinterpret_cast<const char*>(&value), sizeof value); };
@@ -111,7 +111,7 @@ LifecyclePlan<T> made(const Scene& scene, const Lifecycle& turnover, Options opt
   return std::move(*plan);
 }
 
-// A box of 9 balls by 9, open above, in which balls of one radius lie.
+// A box of 9 by 9 balls, open at the top, for balls of one radius.
 Scene box() {
   Scene scene = test::box_of(0.18, 0.4);
   scene.mass = 0.02;
@@ -135,7 +135,7 @@ void step(const LifecyclePlan<T>& plan, Alive<T>& alive, std::size_t steps = 1) 
   REQUIRE(plan.step(alive.live, steps) == StepResult::done);
 }
 
-// As part of the distance that a pair wants; of all pairs.
+// The deepest penetration of all pairs, relative to a pair's wanted distance.
 template <class T>
 double deepest(const Alive<T>& alive) {
   double deepest = 0;
@@ -243,7 +243,7 @@ TEST_CASE_TEMPLATE("a run goes on elsewhere from any step: no bit depends on whe
     std::swap(state, other);
   }
   CHECK(state->bytes() == expected.bytes());
-  step(made<T>(scene, with_deaths()), forgetful, 20);  // without what was carried
+  step(made<T>(scene, with_deaths()), forgetful, 20);  // without the carried data
   CHECK(forgetful.bytes() != expected.bytes());
 }
 
@@ -255,7 +255,7 @@ TEST_CASE("numbers that were carried from elsewhere are refused") {
   REQUIRE(carried.size() > 20);
   CHECK(plan.restore(carried, alive.live).has_value());
   --alive.live.state.count;
-  CHECK(plan.carried(alive.live)[0] == 0);  // nothing: by hand, another ball might have gone
+  CHECK(plan.carried(alive.live)[0] == 0);  // nothing: after a removal by hand, the remaining balls are unknown
   ++alive.live.state.count;
   Alive<double> few(100);
   few.add({0.05, 0.5, 0.05});
@@ -304,7 +304,7 @@ TEST_CASE("a full capacity drops births and keeps what lives") {
   CHECK(deepest(alive) < 0.02);
 }
 
-// Pulses of pairs (i, j), and births, with the numbers that they have once the dead have gone, as carried() lists them.
+// The pulses of pairs (i, j), and births, as carried() lists them, with the indices after the dead have been removed.
 std::vector<double> renumbered(const std::vector<double>& carried, const std::vector<double>& after) {
   std::vector<double> kept(carried.begin(), carried.begin() + 4);
   std::size_t next = 4;
@@ -338,7 +338,7 @@ TEST_CASE_TEMPLATE("what keeps balls apart stays with them when others before th
   Alive<T> alive(1300);
   alive.add(test::heap(1280, 8, 2 * r));  // more than a task
   step(plan, alive, 12);
-  for (std::size_t n = 0; n < 10; ++n) alive.add({0.05, 0.5 + 0.003 * static_cast<double>(n), 0.09});  // within each other
+  for (std::size_t n = 0; n < 10; ++n) alive.add({0.05, 0.5 + 0.003 * static_cast<double>(n), 0.09});  // overlapping
   step(plan, alive);
   const std::vector<double> before = plan.carried(alive.live);
   REQUIRE(before[2] > 1000);
@@ -353,7 +353,7 @@ TEST_CASE_TEMPLATE("what keeps balls apart stays with them when others before th
   REQUIRE(plan.remove(alive.live) == StepResult::done);
   CHECK(static_cast<double>(alive.count()) == number);
   CHECK(plan.carried(alive.live) == renumbered(before, after));
-  CHECK(plan.meetings().touching > 1);  // those of the last sub-step that are left
+  CHECK(plan.meetings().touching > 1);  // those of the last sub-step that remain
   step(plan, alive, 3);
   CHECK(alive.fastest() < 1.5);
 }
@@ -389,7 +389,7 @@ TEST_CASE_TEMPLATE("balls that are born within each other part slowly", T, float
     fastest = std::max(fastest, alive.fastest());
   }
   CHECK(fastest > 0.5 * parting);
-  CHECK(fastest < 20 * parting);  // several push one, and those above fall
+  CHECK(fastest < 20 * parting);  // several push one ball, and those above fall
   step(plan, alive, 90);
   CHECK(deepest(alive) < 0.02);
 }
@@ -423,7 +423,7 @@ TEST_CASE("two that begin in one place part at the speed that is documented, wit
   }
 }
 
-// ---- what moves, reports, workspaces ----------------------------------------------------------------------------------------
+// ---- motions, reports, workspaces -------------------------------------------------------------------------------------------
 
 TEST_CASE("a pile weighs on the floor what its balls weigh, and one ball what it weighs") {
   constexpr std::size_t steps = 60;
@@ -532,7 +532,7 @@ TEST_CASE("too many neighbours end a call at a step's beginning") {
   }
   CHECK(result == StepResult::too_many_neighbours);
   CHECK(alive.bytes() == before.bytes());
-  Alive<double> at_once(300);  // the steps that end are taken
+  Alive<double> at_once(300);  // the steps before the error are kept
   CHECK(made<double>(scene, poured(300, 400)).step(at_once.live, 200) == StepResult::too_many_neighbours);
   CHECK(at_once.bytes() == before.bytes());
 }

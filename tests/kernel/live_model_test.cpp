@@ -1,4 +1,4 @@
-// Particles that come and go, against a plain model.
+// Particles that come and go, compared with a plain model.
 #include <doctest/doctest.h>
 
 #include <algorithm>
@@ -27,7 +27,7 @@ struct One {
   std::uint32_t id = 0;
 };
 
-// Places of which some are empty.
+// Places, some of them empty.
 template <class One>
 using Places = std::vector<std::optional<One>>;
 
@@ -45,7 +45,7 @@ void fill_holes(Places<One>& places, std::size_t first, std::size_t last) {
 
 constexpr std::size_t run = 16384;  // places
 
-// Removes from `all`, from `first` on, without order, as docs/scene.md says. Returns which births found no hole.
+// Removes from `all`, from `first` on, without order, as in docs/scene.md. Returns the births that found no hole.
 template <class One, class IsToGo>
 std::vector<One> remove_in_any_order(std::vector<One>& all, std::size_t first, const IsToGo& is_to_go,
                                      const std::vector<One>& births = {}) {
@@ -121,7 +121,7 @@ class Model {
     for (std::size_t e = 0; e < turnover_.emitters.size(); ++e) births += until(e, end) - born_[e];
     return births;
   }
-  // Newborn particles take the places of those that go. The rest of the newborn follow behind.
+  // Newborn particles take the places of removed ones. The remaining newborn ones follow behind.
   void step_in_any_order(const Clock& end) {
     const auto goes = [this](const One<T>& one) { return is_to_go(one); };
     std::vector<One<T>> before;
@@ -211,8 +211,8 @@ void check_same(const Model<T>& model, const Living<T>& living, std::size_t step
   CHECK(living.live.dropped == model.dropped);
 }
 
-// Rates of which a step holds a whole number of 64ths, so that the model's plain products are exact.
-// Particles from `dying` on, for a run, die in the first step.
+// The rates give a whole number of 64ths in a step, so that the model's plain products are exact. Particles of one run from
+// `dying` on die in the first step.
 void check_against_model(const Lifecycle& turnover, std::size_t steps, std::size_t dying = std::size_t(-1),
                          std::optional<std::size_t> at_start = std::nullopt) {
   const std::size_t capacity = turnover.capacity, count = at_start.value_or(capacity / 2);
@@ -241,7 +241,7 @@ TEST_CASE("births and removals are as a plain model says, with room and without"
   }
 }
 
-// The last of them take the places of the first, but of none that was there before.
+// The last births take the places of the first ones removed, but of no particle that was there before.
 TEST_CASE("births that are removed in their own step, three runs of them, leave the others as a plain model says") {
   Lifecycle turnover = everything(45'000, 64 * 36'000, SurvivorOrder::any);
   turnover.emitters.erase(turnover.emitters.begin());
@@ -250,7 +250,7 @@ TEST_CASE("births that are removed in their own step, three runs of them, leave 
   check_against_model(turnover, 2, std::size_t(-1), 3000);
 }
 
-// Three runs: some have more births than holes, some fewer, and of the births some go at once.
+// Three runs: some have more births than holes, some fewer, and some births are removed at once.
 TEST_CASE("births that find no hole in their run take the ends of others, as a plain model says") {
   for (const double births : {200.0, 2000.0, 9000.0}) {
     Lifecycle turnover = everything(5 * run, 64 * births, SurvivorOrder::any);
@@ -265,7 +265,7 @@ TEST_CASE("where all of one run goes, births that find no hole in the others tak
   check_against_model(turnover, 2, run);
 }
 
-// None, some and all particles go, up to three runs of them.
+// None, some and all particles are removed, up to three runs of them.
 TEST_CASE("without order, hundreds of removals leave what a plain list says, and every column goes with its particle") {
   constexpr std::size_t capacity = 3 * run + 5;
   const auto plan = make<float>({}, {.removal = {.order = SurvivorOrder::any}, .capacity = capacity}, best_isa());

@@ -1,4 +1,4 @@
-// Bodies and emitters that move where particles come and go: as a plan of particles that are all there at once has them.
+// Moving bodies and emitters with particles that come and go: the same as with a plan of particles that are all present.
 #include <doctest/doctest.h>
 
 #include <algorithm>
@@ -42,7 +42,7 @@ void scatter(State<T>& state) {
   state.count = count;
 }
 
-// A plane, a sphere on motion 0, a box on motion 1, which turns by keys.
+// A plane, a sphere on motion 0, and a box on motion 1, which turns by keys.
 Scene moving_bodies() {
   Scene scene;
   scene.add(Constant{.acceleration = {0, -9.81, 0}});
@@ -111,7 +111,7 @@ TEST_CASE_TEMPLATE("live motions: a body that is carried along passes no particl
   sparks.live.state.x[0][0] = T(0.5);
   sparks.live.age[0] = 0;
   sparks.live.lifetime[0] = 100;
-  REQUIRE(plan.set_pose(0, {.translation = {1, 0, 0}}).has_value());  // ten radii in a step
+  REQUIRE(plan.set_pose(0, {.translation = {1, 0, 0}}).has_value());  // ten radii in one step
   REQUIRE(plan.step(sparks.live) == StepResult::done);
   CHECK(sparks.live.state.x[0][0] >= T(1.0999));
   CHECK(sparks.live.state.v[0][0] == doctest::Approx(1 / h));
@@ -131,14 +131,14 @@ TEST_CASE("live motions: an emitter on a motion makes its births on the way, aim
     const State<double>& state = sparks.live.state;
     REQUIRE(state.count == 8);
     for (std::size_t i = 0; i < 8; ++i) {
-      // Born on the way at (3 born / h, 1, 0), it has gone on with the nozzle's velocity and its own.
+      // The particle was born at (3 born / h, 1, 0), and moves with the nozzle's velocity plus its own.
       CHECK(state.x[0][i] == doctest::Approx(3));
       CHECK(state.x[1][i] == doctest::Approx(1));
       CHECK(state.x[2][i] == doctest::Approx(2 * sparks.live.age[i]));
       CHECK(state.v[0][i] == doctest::Approx(3 / h));
       CHECK(state.v[2][i] == doctest::Approx(2));
     }
-    // A quarter turn about y, without a way, aims along x; births of a burst are where the motion is.
+    // A quarter turn about y, by a jump, aims along x. A burst is born at the motion's present place.
     REQUIRE(plan.set_pose(0, {.translation = {0, 0, 5}, .rotation = {0, std::acos(0.0), 0}}, Arrival::jump).has_value());
     REQUIRE(plan.step(sparks.live) == StepResult::done);
     REQUIRE(plan.burst(sparks.live, 0, 4).has_value());
@@ -269,13 +269,13 @@ TEST_CASE("live motions: misuse is an error or a result that names what is wrong
   CHECK(plan.step_size() == h);
   CHECK(compile<float>(scene, {.capacity = count}, {.step = 0.6}).error().message() ==
         "step is 0.6: must be at most 0.5 s, in which contacts[2] turns by half a radian");
-  CHECK(plan.plan().step(sparks.live.state) == StepResult::workspace_differs);  // which moves no body
+  CHECK(plan.plan().step(sparks.live.state) == StepResult::workspace_differs);  // it moves no body
   CHECK(compile<float>(scene, {.emitters = {{.motion = 4}}, .capacity = count}, {.step = h}).error().field ==
         "emitters[0].motion");
   Scene pinned = scene;
   pinned.add(Kinematic{.particles = {0}, .motion = 0});
   CHECK(compile<float>(pinned, {.capacity = count}, {.step = h}).error().field == "kinematic");
-  CHECK(compile<float>(scene, {.step = h}).error().field == "contacts[1].motion");  // a plan of no state
+  CHECK(compile<float>(scene, {.step = h}).error().field == "contacts[1].motion");  // a plan without lifecycle
 
   LiveWorkspace<float> workspace = plan.workspace();
   LifecyclePlan<float> other = live_plan<float>(scene, {.capacity = count});

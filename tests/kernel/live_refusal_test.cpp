@@ -1,4 +1,4 @@
-// Particles that cannot come and go are refused, by an error that names the field.
+// Refusals of scenes whose particles cannot come and go, by an error that names the field.
 #include <doctest/doctest.h>
 
 #include <limits>

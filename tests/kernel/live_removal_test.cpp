@@ -1,4 +1,4 @@
-// Removals: at birth, of what is not finite, and of what the caller marked.
+// Removals: at birth, of non-finite particles, and of those that the caller marked.
 #include <doctest/doctest.h>
 
 #include <limits>
@@ -10,7 +10,7 @@
 
 namespace living::removal_test {
 
-// 2 m a step towards the box: a step after its birth each would be inside.
+// The particles move 2 m a step towards the box: one step after its birth, each would be inside.
 TEST_CASE("a particle born outside goes at its birth, in a call of many steps as in calls of one") {
   for (const SurvivorOrder order : orders) {
     const Lifecycle turnover{.emitters = {{.shape = Vec3{2, 0, 0}, .rate = 64, .velocity = {-128, 0, 0}}},

@@ -1,4 +1,4 @@
-// Particles that come and go, as tests set them up.
+// Test setups of particles that come and go.
 #pragma once
 
 #include <doctest/doctest.h>
@@ -42,13 +42,13 @@ inline Emitter jet(double rate, std::uint64_t seed) {
           .seed = seed};
 }
 
-// Where particle i is at the start.
+// The start position of particle i.
 template <class T>
 T start(std::size_t i, std::size_t axis) {
   return static_cast<T>(2 * test::uniform(5 + axis, i) - 0.5);
 }
 
-// A state with its memory, and a number for each particle that goes with it.
+// A state with its memory, and an identifier that stays with each particle.
 template <class T>
 class Living {
  public:
@@ -67,7 +67,7 @@ class Living {
   Living(const Living&) = delete;
   Living& operator=(const Living&) = delete;
 
-  // At rest at places that are drawn, with lifetimes from 0.05 s on, or none.
+  // Particles at rest at random places, with lifetimes from 0.05 s on, or without.
   void fill(std::size_t count) {
     live.state.count = count;
     for (std::size_t i = 0; i < count; ++i) {
@@ -81,7 +81,7 @@ class Living {
       marks_[i] = {static_cast<char>(i), static_cast<char>(i / 7), 'x'};
     }
   }
-  // Every number of particle i says which it is.
+  // Encodes the index i in every number of particle i.
   void name(std::size_t i) {
     const auto number = static_cast<T>(i);
     for (std::size_t axis = 0; axis < 3; ++axis) {

@@ -1,4 +1,4 @@
-// Cloth that lies on surfaces: it is told as resting, and lies alike on what moves at one velocity.
+// Cloth that lies on surfaces: reports count it as resting, and it lies alike on surfaces that move at one velocity.
 #include <doctest/doctest.h>
 
 #include <algorithm>
@@ -23,7 +23,7 @@ constexpr Vec3 boost{1.5, -0.75, 2.25};  // m/s
 constexpr std::size_t steps = 120;
 constexpr double h = 1.0 / 60;
 
-// A sheet of 0.3 kg that two of its corners hold 0.3 m above the ground.
+// A sheet of 0.3 kg held by two corners 0.3 m above the ground.
 Joined sheet_over(const Contact& ground, const Coupling& coupling) {
   constexpr std::size_t n = 6;
   Joined joined;
@@ -42,7 +42,7 @@ Joined sheet_over(const Contact& ground, const Coupling& coupling) {
   return joined;
 }
 
-// The same, all of it moving on at one velocity.
+// The same, with everything moving at one velocity.
 Joined boosted(Joined joined) {
   constexpr double T = 16;
   joined.scene.add(
@@ -93,7 +93,7 @@ std::vector<Contact> grounds(double mu, double viscosity) {
 
 TEST_CASE("lying: cloth on what moves at one velocity lies as on what rests") {
   constexpr std::size_t fewer = 50;
-  std::size_t turn = 0;  // grids and lists, and of what has no friction or no viscosity the grounds, take turns
+  std::size_t turn = 0;  // grids and lists take turns, and so do the grounds if friction or viscosity is zero
   for (const Way& way : ways) {
     for (const double mu : {0.0, 0.3}) {
       for (const double viscosity : {0.0, 0.2}) {
@@ -112,7 +112,7 @@ TEST_CASE("lying: cloth on what moves at one velocity lies as on what rests") {
           }
           INFO(way.name << (is_list ? ", list" : ", grid") << ", ground " << ground.index() << ", friction " << mu
                         << ", viscosity " << viscosity);
-          // The times of impact on a curved path are roots to some 1e-12, which friction passes on.
+          // The times of impact on a curved path are roots accurate to about 1e-12, and friction amplifies the error.
           const bool is_rough = way.coupling.scheme == Scheme::fourth_order && mu != 0 && ground.index() == 1;
           CHECK(apart < (is_rough ? 1e-8 : 1e-9));
           CHECK(at_rest.hits == moving.hits);
@@ -168,7 +168,7 @@ TEST_CASE("lying: what comes to rest on a floor is told as impacts while it fall
       CHECK(told.hits >= on_floor);
       CHECK(told.hits <= 2 * on_floor);
       CHECK(told.late == 0);
-      // A particle that springs press onto walls, or stretch over edges, is told now and then (docs/limits.md).
+      // Reports list a particle that springs press onto walls, or stretch over edges, now and then (docs/limits.md).
       Joined over_box = sheet_over(grounds(0, 0)[2], way.coupling);
       if (is_list) over_box = test::as_list(over_box);
       MESSAGE(way.name << (is_list ? ", list" : ", grid") << ": over a box " << run(over_box).late
@@ -178,7 +178,7 @@ TEST_CASE("lying: what comes to rest on a floor is told as impacts while it fall
 }
 
 TEST_CASE("lying: many contacts around cloth, near and far, leave the bits of the scalar reference") {
-  for (const double lift : {0.0, 20.0}) {  // near the balls, or all of it on one side of the box about them
+  for (const double lift : {0.0, 20.0}) {  // near the balls, or entirely on one side of their bounding box
     for (const bool is_list : {false, true}) {
       Joined joined = sheet_over(grounds(0.3, 0.2)[1], ways[2].coupling);
       if (is_list) joined = test::as_list(joined);

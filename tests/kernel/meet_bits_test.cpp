@@ -1,4 +1,4 @@
-// Particles that meet have the same bits whatever steps them, and what is wrong is told.
+// Particles that meet: the same bits in every way to step, and errors for wrong input.
 #include <doctest/doctest.h>
 
 #include <algorithm>
@@ -28,7 +28,7 @@ using test::Stepped;
 constexpr double d = 0.02;
 constexpr std::size_t steps = 12;
 
-// Grains that fall into a box, some of them fixed, and a wall that moves.
+// Grains that fall into a box, some of them fixed, with a moving wall.
 Scene falling() {
   Scene scene = test::box_of(0.13, 0.5, 0.25);
   scene.add(Constant{.acceleration = {0.5, -9.81, 0}});
@@ -125,7 +125,7 @@ TEST_CASE_TEMPLATE("a state that is stored goes on with the same bits in another
   CHECK(refused({carried.begin(), carried.end() - 1}));
 }
 
-// Grains that drop into a box; and a sheet that is let go upright above a floor, and folds.
+// Grains that drop into a box, and a sheet that is released upright above a floor and folds.
 std::pair<Scene, Balls> grains() { return {falling(), test::heap(150, 5, d)}; }
 std::pair<Scene, Balls> sheet() {
   constexpr std::size_t side = 12;
@@ -152,7 +152,7 @@ std::pair<Scene, Balls> sheet() {
   return {scene, balls};
 }
 
-// Far pairs are left out of rounds until pushes come to them: as far as the sub-step before tells. A plan that has made none
+// Rounds leave out far pairs until pushes reach them, as predicted from the sub-step before. A plan without an earlier sub-step
 // leaves none out.
 TEST_CASE_TEMPLATE("no bit depends on the pairs that rounds leave out", T, float, double) {
   for (const auto& [scene, balls] : {grains(), sheet()}) {
@@ -180,8 +180,8 @@ TEST_CASE_TEMPLATE("no bit depends on the pairs that rounds leave out", T, float
   }
 }
 
-// Balls in a row as they fall freely, so that slow ones do not bounce. The last one is farther from the next than anything
-// was pushed in the steps before.
+// A row of balls in free fall, so that slow ones do not bounce. The gap before the last ball exceeds every push of the steps
+// before.
 TEST_CASE_TEMPLATE("a push that comes to a far pair is handed on in the same sub-step", T, float, double) {
   Scene scene;
   scene.add(Constant{.acceleration = {0, -9.81, 0}});
@@ -190,7 +190,7 @@ TEST_CASE_TEMPLATE("a push that comes to a far pair is handed on in the same sub
   for (const double x : {0.0, d, 2 * d + 0.006 * d}) row.add({x, 0, 0});
   scene.mass = std::vector<double>{1, 0.01, 0.01};
   const Options options{.step = 1.0 / 480};
-  const auto goes_on = [&](Stepped<T>& of, double speed) {  // as one that has left none out
+  const auto goes_on = [&](Stepped<T>& of, double speed) {  // as a plan that leaves none out
     Stepped<T> fresh(scene, row, options);
     of.state().v[0][0] = static_cast<T>(speed);
     for (std::size_t axis = 0; axis < 3; ++axis) {
@@ -231,7 +231,7 @@ TEST_CASE("a plan forgets what another state did") {
 }
 
 TEST_CASE("a workspace has lists of its own for plans of other radii and of other groups") {
-  Balls balls;  // apart enough for the first plan, and not for the other one
+  Balls balls;  // far enough apart for the first plan, but not for the other one
   for (std::size_t n = 0; n < 8; ++n) balls.add({0.03 * static_cast<double>(n), 0, 0}, {0, 0.1, 0});
   const auto scene_of = [](double radius, const std::optional<MeetGroups>& groups) {
     Scene scene;

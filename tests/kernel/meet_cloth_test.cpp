@@ -61,7 +61,7 @@ bool crosses(const std::array<Vec3, 2>& edge, const std::array<Vec3, 3>& of) {
   return (a > 0 && b > 0 && c > 0) || (a < 0 && b < 0 && c < 0);
 }
 
-// Edges of triangles that go through other ones.
+// The number of triangle edges that pass through other triangles.
 std::size_t crossings(const std::vector<Vec3>& x, const std::vector<std::array<std::size_t, 3>>& triangles) {
   std::size_t count = 0;
   for (const auto& one : triangles) {
@@ -141,14 +141,14 @@ TEST_CASE("of two sheets that fall on each other none passes the other") {
   CHECK(least_apart(true) > 0.9 * thickness);
 }
 
-// Cells of 1 cm to 3 cm: a mesh of rows that are the farther apart the higher they are, with the diagonals of its cells.
+// Cells of 1 cm to 3 cm: a mesh whose rows are farther apart the higher they are, with the diagonals of its cells.
 struct UnlikeSheet {
   static constexpr std::size_t rows = 14, columns = 10;
   static constexpr double least = side, most = 3 * side;
   Balls balls{};
   Springs springs{.pairs = {}, .stiffness = 200.0, .damping = 0.01};
 
-  // First row at the origin, the others along v.
+  // The first row is at the origin, the others follow along v.
   explicit UnlikeSheet(const Vec3& v) {
     double along = 0;
     for (std::size_t r = 0; r < rows; ++r) {
@@ -172,7 +172,7 @@ struct UnlikeSheet {
   }
 };
 
-// Its worst count of crossings where it stands above the floor and crumples there.
+// The worst count of crossings when the sheet stands above the floor and crumples there.
 std::size_t worst_of_unlike_cells(const Meet& meet) {
   UnlikeSheet sheet({0, 1, 0});
   for (Vec3& x : sheet.balls.x) x[1] += 0.02;
@@ -185,7 +185,7 @@ std::size_t worst_of_unlike_cells(const Meet& meet) {
   scene.coupling.substeps = 16;
   scene.add(Meet(meet));
   Stepped<double> stepped(scene, sheet.balls, {.step = 1.0 / 60});
-  // Before any step, too.
+  // The limit is known before any step, too.
   if (meet.part_of_cells) CHECK(stepped.plan().meetings().stretch_limit == doctest::Approx(std::sqrt(2.0) * 0.95));
   std::vector<std::array<std::size_t, 3>> triangles;
   for (const auto& [a, b, c] : sheet.springs.triangles) triangles.push_back({a, b, c});
@@ -252,7 +252,7 @@ TEST_CASE_TEMPLATE("a sheet of unlike cells has the same bits by all instruction
   for (const Isa isa : available_isas(Arithmetic::separate)) CHECK(end(isa) == expected);
 }
 
-// The middle of a wide cell is farther from its corners than the mean of its part and that of what falls on it.
+// The middle of a wide cell is farther from its corners than the mean of its own part and that of the falling cell.
 TEST_CASE("a narrow cell does not fall through the middle of a wide one") {
   for (const bool is_wide_first : {true, false}) {
     const std::uint32_t wide = is_wide_first ? 0 : 3;
@@ -282,12 +282,12 @@ TEST_CASE("a narrow cell does not fall through the middle of a wide one") {
   }
 }
 
-// m: how far a sheet of 8 x 8 goes down another one that is fixed, in a third of a second. It is turned against it, so that
-// their cells do not lock into each other.
+// m: how far a sheet of 8 x 8 slides down a fixed one in a third of a second. It is turned against it, so that their cells do
+// not interlock.
 double slid(double slope, double friction) {
   const Sheet low{0, 28, 16};
   const Sheet high{28 * 16, 8, 8};
-  constexpr double cosine = 0.955, sine = 0.2966;  // of 0.3
+  constexpr double cosine = 0.955, sine = 0.2966;  // of the angle 0.3
   Balls balls;
   for (std::size_t i = 0; i < 28 * 16; ++i) {
     balls.add({side * static_cast<double>(i % 16), 0, side * static_cast<double>(i / 16)});
@@ -345,7 +345,7 @@ TEST_CASE("a plan says how its particles meet") {
   CHECK(heap.find("nothing passes") == std::string::npos);
 }
 
-// Two flat sheets of 4 x 4, one this high above the other.
+// Two flat sheets of 4 x 4, one `height` above the other.
 Stepped<double> two_layers(double height, const Meet& meet) {
   Balls balls;
   for (std::size_t i = 0; i < 32; ++i) {
@@ -367,7 +367,7 @@ TEST_CASE("layers that start too near are counted, neighbours in a sheet are not
   CHECK(passing_layers(0.2 * thickness, meet) == 16);
   CHECK(passing_layers(1.01 * thickness, meet) == 0);
   CHECK(passing_layers(0.8 * thickness, {.thickness = thickness, .near_at_start = NearAtStart::meet}) == 0);
-  // Not of groups that never meet.
+  // Groups that never meet are not counted.
   MeetGroups groups{.of = std::vector<std::uint16_t>(32), .meet = {{0, 0}, {1, 1}}};
   std::fill(groups.of.begin() + 16, groups.of.end(), std::uint16_t{1});
   CHECK(passing_layers(0.8 * thickness, {.thickness = thickness, .groups = groups}) == 0);
@@ -397,7 +397,7 @@ TEST_CASE("layers that start too near count once one of them can yield, by what 
   CHECK(two(height, [](Scene& scene, Balls&) {
           for (std::size_t i = 0; i < 16; ++i) scene.fixed.push_back(i);
         }) == 16);
-  // A sheet of wide cells elsewhere changes nothing.
+  // A distant sheet of wide cells changes nothing.
   const std::size_t alone = two(height, [](Scene&, Balls&) {});
   CHECK(two(height, [](Scene& scene, Balls& balls) {
           for (std::size_t i = 0; i < 4; ++i)
@@ -405,7 +405,7 @@ TEST_CASE("layers that start too near count once one of them can yield, by what 
           scene.add(Network{
               Grid{.rows = 2, .columns = 2, .first = 32, .edge_u = {0.3, 0, 0}, .edge_v = {0, 0, 0.3}, .structural = 1}});
         }) == alone);
-  // Rods hold them beside each other.
+  // Rods keep them side by side.
   CHECK(two(height, [](Scene& scene, Balls&) {
           Distance rods{.pairs = {}};
           for (std::uint32_t i = 0; i < 16; ++i) rods.pairs.push_back({i, 16 + i});
@@ -419,7 +419,7 @@ TEST_CASE("where particles are all in one place, no more pairs of layers are cou
   Scene scene;
   scene.add(Network{grid_of({0, 80, 80}, {1, 0, 0}, {0, 0, 1})});
   scene.add(Meet{.thickness = thickness});
-  // There are 2e7, which would take as long as many plans.
+  // The full count is 2e7, which would take as long as many plans.
   CHECK(Stepped<double>(scene, balls, {.step = 1.0 / 60}).plan().meetings().passing_layers == balls.size());
 }
 
@@ -427,14 +427,14 @@ TEST_CASE("ropes that meet have a stretch beyond which they may cross") {
   Balls balls;
   for (std::size_t i = 0; i < 5; ++i) balls.add({side * static_cast<double>(i), 0, 0});
   Scene scene;
-  Springs rope{.pairs = {{0, 1}, {1, 2}, {2, 3}, {3, 4}, {0, 2}}, .stiffness = 100.0};  // one bends, and is no side
+  Springs rope{.pairs = {{0, 1}, {1, 2}, {2, 3}, {3, 4}, {0, 2}}, .stiffness = 100.0};  // the last spring bends, and is no side
   scene.add(Network{rope});
   scene.add(Meet{.thickness = thickness});
   CHECK(Stepped<double>(scene, balls, {.step = 1.0 / 60}).plan().meetings().stretch_limit ==
         doctest::Approx(std::sqrt(2.0) * 0.9));
 }
 
-// A strip whose end lies over its middle; and one of narrow cells, whose neighbours are nearer than its thickness.
+// A strip whose end lies over its middle, and one of narrow cells, whose neighbours are closer than its thickness.
 TEST_CASE("a strip that is compiled folded has layers that pass, one of narrow cells has none") {
   constexpr std::size_t columns = 24;
   const auto strip = [](double along, double length) {

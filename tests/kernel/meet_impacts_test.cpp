@@ -1,4 +1,4 @@
-// Balls that hit each other, held against closed forms and conserved sums.
+// Balls that hit each other, compared with closed forms and conserved sums.
 #include <doctest/doctest.h>
 
 #include <algorithm>
@@ -25,7 +25,7 @@ struct Two {
   std::array<Real3, 2> x, v;
 };
 
-// Both after the time t, of which radii sum up to d.
+// Both balls after the time t; their radii sum to d.
 Two hit(Two two, Real t, Real d, Real e, Real mu, Real w0, Real w1) {
   const Real3 q = along(two.x[0], -1, two.x[1]);
   const Real3 u = along(two.v[0], -1, two.v[1]);
@@ -88,7 +88,7 @@ TEST_CASE("two balls do what the closed form says, whatever the step") {
   CHECK(worst_v < 1e-14);
 }
 
-// A row of balls that touch, the first of them coming in from `apart` away.
+// A row of touching balls. The first ones approach from `apart` away.
 Balls row(std::size_t count, std::size_t moving, double apart) {
   Balls balls;
   for (std::size_t i = 0; i < count; ++i) {
@@ -173,7 +173,7 @@ TEST_CASE("a cloud of balls keeps its momentum, and its energy where impacts are
   }
 }
 
-// So close that a sub-step has several impacts of a ball, one of which may bring it before another.
+// The gas is so dense that a ball has several impacts in a sub-step, and one may bring it before another ball.
 TEST_CASE("an elastic gas that is pressed together keeps its energy and its momentum") {
   Balls balls;
   constexpr std::size_t side = 10;
@@ -200,7 +200,7 @@ TEST_CASE("an elastic gas that is pressed together keeps its energy and its mome
   }
 }
 
-// By one sub-step they go by up to 2.5 cm, off walls and each other: pushes along their chords gave 3900 times the energy.
+// The balls move up to 2.5 cm in a sub-step, off walls and each other. Pushes along their chords gave 3900 times the energy.
 TEST_CASE("two elastic balls of 1 cm in a box of 10 cm gain little energy in 100 s, however coarse the step") {
   Balls balls;
   balls.add({-0.03, 0.001, 0}, {1, 0.3, -0.4});

@@ -1,4 +1,4 @@
-// Grains that lie on each other and on surfaces.
+// Grains that rest on each other and on surfaces.
 #include <doctest/doctest.h>
 
 #include <algorithm>
@@ -50,7 +50,7 @@ TEST_CASE("a pile keeps its volume, lies in its box and hardly moves") {
   CHECK(meetings.overlap_most < 0.01);
   CHECK(meetings.touching > 1.5);
   CHECK(std::sqrt(moved / static_cast<double>(balls.size())) < 0.002 * d);
-  // Grains packed at random fill at most 0.64, and in no order more than 0.74.
+  // Random packings of grains fill at most 0.64, and no packing fills more than 0.74.
   const double least_height = static_cast<double>(balls.size()) * 3.14159265 / 6 * d * d * d / (side * side) / 0.74 / 2;
   CHECK(height > least_height);
   CHECK(meetings.rebuilt < meetings.substeps);
@@ -122,7 +122,7 @@ TEST_CASE("a block on an incline that is hardly steeper than the friction slides
   CHECK(std::abs(slid(angle, friction, 240) - 0.5 * a) < 0.05 * a);
 }
 
-// Layers of this many by this many that lie loosely on each other's gaps, above the floor.
+// Layers of `side` by `side` grains that lie loosely over each other's gaps, above the floor.
 Balls poured(std::size_t side, std::size_t layers) {
   Balls balls;
   for (std::size_t n = 0; n < side * side * layers; ++n) {
@@ -189,7 +189,7 @@ TEST_CASE("a heap whose wall is taken away runs out") {
 TEST_CASE("a floor that creeps carries the grains on it along") {
   Balls balls;
   for (int k = 0; k < 3; ++k) balls.add({0, (k + 0.5) * d, 0});
-  constexpr double speed = 0.002;  // slower than what rests on a floor that stands
+  constexpr double speed = 0.002;  // m/s: on a fixed floor, a grain this slow counts as resting
   Scene scene;
   scene.add(Motion{.center = {}, .keys = {{.time = 0}, {.time = 10, .translation = {10 * speed, 0, 0}}}});
   scene.add(Plane{.friction = 0.5, .motion = 0});

@@ -1,4 +1,4 @@
-// Particles that meet, in parts that each a thread steps: the bits of the whole, wherever who meets is stepped.
+// Particles that meet, in parts stepped by one thread each: the bits of the whole, wherever the meeting particles are stepped.
 #include <doctest/doctest.h>
 
 #include <array>
@@ -32,8 +32,8 @@ struct Met {
   test::Balls balls;
 };
 
-// Two heaps of grains of several sizes, the second numbers above the first, one thrown at the other over a floor that rises.
-// One grain is fixed, and another follows a motion.
+// Two heaps of grains of several sizes, thrown at each other over a rising floor; the second has the higher indices. One grain
+// is fixed, and another follows a motion.
 struct Grains : Met {
   explicit Grains(std::size_t each, double friction = 0.4) {
     constexpr double d = 0.02;
@@ -58,7 +58,7 @@ struct Grains : Met {
   }
 };
 
-// A sheet on edge that folds on itself.
+// A sheet on its edge that folds onto itself.
 struct Folding : Met {
   Folding() {
     constexpr std::size_t rows = 20, columns = 8;
@@ -92,7 +92,7 @@ void place(const test::Balls& balls, State<T>& state, std::span<const std::uint3
   }
 }
 
-// The parts tell each other of meetings, and of their halos, if they have any.
+// The parts exchange meetings, and halos if they have any.
 class Telling {
  public:
   Telling(const Scene& whole, const test::Balls& balls, std::vector<std::uint32_t> owner, std::uint32_t parts)
@@ -107,7 +107,7 @@ class Telling {
     }
     first_.push_back(told_.size());
     halo_.fill(std::vector<float>(told_.size()));
-    for (const Vec3& at : balls.x) {  // as states in float32 have them
+    for (const Vec3& at : balls.x) {  // rounded to float32 states
       start_.push_back(
           {double{static_cast<float>(at[0])}, double{static_cast<float>(at[1])}, double{static_cast<float>(at[2])}});
     }
@@ -135,7 +135,7 @@ class Telling {
     Telling* all;
     std::uint32_t part;
   };
-  // Each part's own numbers by the whole's, so that whoever has one in its halo finds it.
+  // Stores each part's own values by the whole's indices, so that any part with one in its halo finds it.
   static void start(void* context, const HaloColumns& columns) noexcept {
     const auto& [all, part] = *static_cast<OfPart*>(context);
     const Part& of = all->part_[part];
@@ -208,7 +208,7 @@ struct Stepped {
   std::optional<Plan<float>> plan;
 };
 
-// In two calls, between which the parts go on in plans of their own kind that take what the first ones carried.
+// Runs two calls. Between them the parts move into new plans of their own kind, which take over the carried data.
 Run in_parts(const Met& grains, const Options& options, std::size_t steps, const std::vector<std::uint32_t>& owner,
              std::uint32_t parts) {
   Telling telling(grains.scene, grains.balls, owner, parts);
@@ -267,7 +267,7 @@ Run in_parts(const Met& grains, const Options& options, std::size_t steps, const
   return run;
 }
 
-// Pairs that touch of which the parts' ranges have one each.
+// The number of touching pairs with one particle in each part's range.
 std::size_t touch_across(const Grains& grains, const Run& run, std::size_t middle) {
   std::size_t count = 0;
   for (std::size_t i = 0; i < middle; ++i) {
@@ -295,7 +295,7 @@ void check_equal(const Run& parts, const Run& whole) {
 }
 
 TEST_CASE("meet in parts: grains thrown from one part's range into another's have the bits of the whole") {
-  const Grains grains(600);  // two tasks of meetings, whose border is in a part's range
+  const Grains grains(600);  // two tasks of meetings, whose border lies within a part's range
   constexpr std::size_t steps = 12;
   for (const Isa isa : {Isa::reference, best_isa()}) {
     CAPTURE(name(isa));
@@ -330,7 +330,7 @@ TEST_CASE("meet in parts: cloth that folds over its parts' border has the bits o
     CHECK(of_whole(apart, options, 14).hash != whole.hash);
     CHECK(whole.contacts[0].hits > 20);
     check_equal(in_parts(met, options, 14, stripes(met.scene, met.balls.size(), 3), 3), whole);
-    std::vector<std::uint32_t> owner;  // columns, so that the border too lies on the floor
+    std::vector<std::uint32_t> owner;  // columns, so that the border lies on the floor too
     for (std::size_t i = 0; i < met.balls.size(); ++i) owner.push_back(i % 8 < 4 ? 0 : 1);
     check_equal(in_parts(met, options, 14, owner, 2), whole);
   }

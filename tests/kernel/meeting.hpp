@@ -1,4 +1,4 @@
-// Balls and cloth that meet, as tests set them up.
+// Test setups of balls and cloth that meet.
 #pragma once
 
 #include <doctest/doctest.h>
@@ -71,7 +71,7 @@ class Stepped {
   Plan<T> plan_;
 };
 
-// The message of a scene that is refused, or nothing.
+// The message of a refused scene; empty if it is accepted.
 inline std::string refusal_of(const Scene& scene, const Balls& balls, const Options& options = {}) {
   Batch<double> batch(Layout::soa, balls.size());
   for (std::size_t i = 0; i < balls.size(); ++i) {
@@ -84,7 +84,7 @@ inline std::string refusal_of(const Scene& scene, const Balls& balls, const Opti
   return plan ? std::string{} : plan.error().message();
 }
 
-// Grains in a box of this side, layer by layer, a little apart and out of line.
+// Grains in a box with this side, layer by layer, slightly apart and out of line.
 inline Balls heap(std::size_t count, std::size_t side, double d) {
   Balls balls;
   for (std::size_t n = 0; n < count; ++n) {
@@ -96,7 +96,7 @@ inline Balls heap(std::size_t count, std::size_t side, double d) {
   return balls;
 }
 
-// An open box with a corner in the origin.
+// An open box with a corner at the origin.
 inline Scene box_of(double side, double friction, double restitution = 0) {
   Scene scene;
   const auto plane = [&](const Vec3& normal, double offset) {

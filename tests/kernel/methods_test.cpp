@@ -1,5 +1,5 @@
-// Every separate method against closed forms that are worked out here, in long double: polynomials of time, sinusoids, wind,
-// damped springs to anchors that differ. Through scene, plan and step, on every instruction set, in both precisions.
+// Every separate method, compared with closed forms computed here in long double: polynomials of time, sinusoids, wind, damped
+// springs to different anchors. Runs through scene, plan and step, on every instruction set, in both precisions.
 //
 // A force's contribution to a step of h, per unit mass, where the force acts alone:
 //   exact                 dv = Int a dt   dx = Int Int a dt dt
@@ -24,10 +24,10 @@ constexpr std::array separate_methods{Method::exact, Method::average_acceleratio
 constexpr std::array method_names{"exact", "average_acceleration", "pulse", "symplectic_euler"};
 
 struct Kick {
-  Real v = 0, x = 0;  // what a force adds to a step
+  Real v = 0, x = 0;  // the contribution of a force to a step
 };
 
-// The kick of a force whose value at the start of the step and whose integrals over it are known.
+// The kick of a force with known start value and integrals over the step.
 Kick kick_by(Method method, Real start, Real once, Real twice, Real h) {
   switch (method) {
     case Method::exact:
@@ -179,7 +179,7 @@ TEST_CASE_TEMPLATE("methods: each one's contributions of every kind of force are
   }
 }
 
-// Contributions of forces of time alone leave nothing out, however many there are and however long the step.
+// Forces that depend on time alone are integrated completely, for any number of them and any step.
 TEST_CASE_TEMPLATE("methods: forces of time alone by exact end where their integrals do, in one step as in many", T, float,
                    double) {
   const Real t = 2;
@@ -209,7 +209,7 @@ TEST_CASE_TEMPLATE("methods: forces of time alone by exact end where their integ
   }
 }
 
-// Anchors of their own, one spring by each method: the forces of a particle may be of different methods.
+// Particles with individual anchors and one spring by each method: the forces of a particle may have different methods.
 TEST_CASE_TEMPLATE("methods: a force may name its own, and each particle has its anchor", T, float, double) {
   const double h = 1.0 / 60;
   const std::vector<Vec3> anchors{{0.5, -1, 2}, {-0.25, 0.75, 0}, {3, 0.1, -0.6}, {0, 0, 0}, {1, 1, 1}};

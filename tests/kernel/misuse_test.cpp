@@ -1,5 +1,4 @@
-// Calls that are easily made wrong: each gives an error or a result that names the field as a program spells it, and changes
-// nothing.
+// Easily made misuse: each call gives an error or a result that names the field as a program spells it, and changes nothing.
 #include <doctest/doctest.h>
 
 #include <cmath>

@@ -1,4 +1,4 @@
-// Frames that come late: Coupling::most_substeps bounds a step, and set_step() takes the longest that these keep stable.
+// Late frames: Coupling::most_substeps limits a step, and set_step() takes the longest step that is stable with them.
 #include <doctest/doctest.h>
 
 #include <cmath>
@@ -27,7 +27,7 @@ Joined with(const Joined& joined, const Coupling& coupling) {
 
 int substeps_of(const Plan<double>& plan) { return plan.network_limit().value().substeps; }
 
-// As a plan without a limit takes it of a step of this length, among frames.
+// The sub-steps that a plan without a limit takes for a step of this length among frames.
 int substeps_of_step(const Joined& joined, double h, const State<double>& start) {
   Scene scene = joined.scene;
   scene.coupling.most_substeps.reset();
@@ -51,7 +51,7 @@ TEST_CASE("most_substeps: a hitch becomes the longest step that so many sub-step
         CHECK(sign * taken > frame);
         CHECK(sign * taken < hitch);
         CHECK(substeps_of(plan) <= *coupling.most_substeps);
-        // Sums tell the sub-steps of lists from above: eigenvalues may find that one fewer will do.
+        // Sums bound the sub-steps of lists from above: eigenvalues may show that one fewer is enough.
         CHECK(substeps_of(plan) >= *coupling.most_substeps - 1);
         CHECK(substeps_of_step(limited, 1.2 * taken, batch.view()) > *coupling.most_substeps);
         REQUIRE(plan.set_step(frame).has_value());

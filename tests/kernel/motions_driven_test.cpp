@@ -1,4 +1,4 @@
-// Motions that the caller drives.
+// Motions driven by the caller.
 #include <doctest/doctest.h>
 
 #include <cmath>
@@ -83,7 +83,7 @@ TEST_CASE("motions: a pose asked for is reached in the next step, with as many c
   CHECK(test::difference(test::values_of(one.view()), test::values_of(many.view())) == "");
   const std::size_t pin = joined.scene.kinematic[0].particles[1];
   CHECK(test::is_close(double{one.view().x[0][pin]}, joined.x[pin][0] + 0.1, 1e-6));
-  CHECK(one.view().v[0][pin] == 0);  // there it rests
+  CHECK(one.view().v[0][pin] == 0);  // it rests there
 }
 
 TEST_CASE("motions: a target that is wrong is refused, and changes nothing") {

@@ -1,4 +1,4 @@
-// A grip: two boxes close on what is between them, and lift it by 0.5 m in a second.
+// A grip: two boxes close on an object and lift it by 0.5 m in a second.
 #include <doctest/doctest.h>
 
 #include <algorithm>
@@ -17,7 +17,7 @@ namespace moving::grip_test {
 using test::Run;
 using test::stepped;
 
-// Faces at 1 cm from the middle come so close in 0.2 s that they overlap by this much; from 1.2 s on they are at rest.
+// The faces, 1 cm from the middle, close within 0.2 s to the given overlap. They are at rest from 1.2 s on.
 Joined in_grip(Joined joined, double overlap, double friction) {
   joined.name = "grip";
   for (const double side : {-1.0, 1.0}) {
@@ -66,7 +66,7 @@ double lowest_rise(const Joined& joined, const Run& run, double seconds) {
   return rise;
 }
 
-// It used to fall out of the grip as soon as the boxes came no closer, whatever the friction.
+// A past defect: the grain fell out as soon as the boxes stopped closing, with any friction.
 TEST_CASE_TEMPLATE("motions: a grain that two boxes squeeze is lifted by friction, and slides out without", T, float, double) {
   for (const double step : {1.0 / 20, 1.0 / 60, 1.0 / 200}) {
     for (const double overlap : {0.004, 0.001}) {

@@ -22,10 +22,10 @@ using test::stepped;
 
 constexpr double pi = 3.14159265358979323846;
 
-constexpr double sway_step = 0.02;  // s, from key to key
+constexpr double sway_step = 0.02;  // s, between keys
 constexpr std::size_t sway_steps = 50;
 
-// 0.3 m sin(4 t) at the keys.
+// Follows 0.3 m sin(4 t) at the keys.
 Motion sway() {
   Motion motion{.center = {}, .keys = {}};
   for (std::size_t k = 0; k <= sway_steps; ++k) {
@@ -52,7 +52,7 @@ struct Bob {
   Vec3 x, v;
 };
 
-// By the fourth-order Runge-Kutta method in steps of 10 us, the pivot linear from key to key.
+// Fourth-order Runge-Kutta in steps of 10 us, with the pivot linear between keys.
 Bob pendulum_by_runge_kutta() {
   const Motion motion = sway();
   const auto sum = [](const Vec3& a, double s, const Vec3& b) {
@@ -93,7 +93,7 @@ TEST_CASE("motions: a pose is carried linearly, and turns about a fixed axis the
   const auto at = [&](double t) { return track.at({.seconds = t}); };
   CHECK(at(0).place({1, 2, 3}) == Vec3{1, 2, 3});
   CHECK(at(0).velocity_of({1, 2, 3}) == Vec3{});
-  const MovedPose middle = at(2);  // by 45 degrees about y, and 2 m on
+  const MovedPose middle = at(2);  // by 45 degrees about y, and by 2 m
   const Vec3 x = middle.place({1, 2, 0});
   CHECK(test::is_close(x[0], 2 + std::sqrt(0.5), 1e-15));
   CHECK(x[1] == 2);
@@ -101,7 +101,7 @@ TEST_CASE("motions: a pose is carried linearly, and turns about a fixed axis the
   const Vec3 v = middle.velocity_of({1, 2, 0});  // 2 m/s, and pi/4 rad/s about y
   CHECK(test::is_close(v[0], 2 - pi / 4 * std::sqrt(0.5), 1e-15));
   CHECK(test::is_close(v[2], -pi / 4 * std::sqrt(0.5), 1e-15));
-  CHECK(test::is_close(at(3.5).angular_velocity[1], 3 * pi / 4, 1e-15));  // 225 degrees backwards are 135 forwards
+  CHECK(test::is_close(at(3.5).angular_velocity[1], 3 * pi / 4, 1e-15));  // 225 degrees backwards equal 135 forwards
   CHECK(at(9).velocity_of({1, 2, 3}) == Vec3{});
   CHECK(test::is_close(at(9).place({1, 0, 0})[2], std::sqrt(0.5), 1e-15));
 }
@@ -138,7 +138,7 @@ TEST_CASE("motions: a pendulum whose pivot sways is as right as its scheme's ord
   };
   struct Wanted {
     Coupling coupling;
-    double order, error;  // m, of 16 sub-steps
+    double order, error;  // m, with 16 sub-steps
   };
   const Wanted all[] = {{{.scheme = Scheme::leapfrog}, 2, 1e-5},
                         {{.scheme = Scheme::fourth_order}, 4, 1e-9},

@@ -35,7 +35,7 @@ Motion sweep(const Vec3& way, double seconds) {
   return {.center = {}, .keys = {{.time = 0}, {.time = seconds, .translation = way}}};
 }
 
-// Everything that a contact can do, at rest and moving.
+// Every contact feature, at rest and moving.
 Joined among_surfaces(double drag) {
   Joined joined = scattered(200, {-1, 0.05, -1}, {1, 1.5, 1});
   for (std::size_t i = 0; i < joined.v.size(); ++i)
@@ -67,7 +67,7 @@ TEST_CASE("motions: surfaces, particles and wind that move at one velocity act a
   }
 }
 
-// Bodies whose tops lie at 0: what falls on them slides, and leaves them at an edge or where the surface bends away.
+// Bodies with their tops at 0: particles that fall on them slide, and leave at an edge or where the surface bends away.
 std::vector<Contact> bodies() {
   return {Sphere{.center = {0, -3, 0}, .radius = 3}, Sphere{.center = {0, 0.5, 0}, .radius = 2.5, .side = Side::inside},
           Capsule{.ends = {{{-1, -0.5, 0}, {1, -0.3, 0.2}}}, .radius = {0.5, 0.4}},
@@ -134,7 +134,7 @@ TEST_CASE("motions: a sphere swept through resting particles leaves none inside,
     joined.scene.add(sweep({0, 0, 4}, 0.2));  // 20 m/s
     test::Batch<T> batch(test::Layout::soa, joined.x.size());
     place(joined, batch.view());
-    // None that was inside already.
+    // Particles that start inside are excluded.
     const auto plan = test::plan_of(joined, {.isa = isa}, batch.view());
     for (int n = 1; n * h < 0.2; ++n) {
       REQUIRE(plan.step(batch.view()) == StepResult::done);
@@ -182,7 +182,7 @@ TEST_CASE("motions: a ball lies on a turntable that holds it, and is carried rou
 }
 
 TEST_CASE("motions: what slips on a turntable speeds up by friction against it") {
-  // mu g = 0.981 m/s^2 for the first moments, against 1 m/s of the table.
+  // mu g = 0.981 m/s^2 in the first moments; the table moves at 1 m/s there.
   Joined joined;
   joined.name = "slipping";
   joined.x = {{0.5, 0, 0}};
@@ -220,7 +220,7 @@ TEST_CASE("motions: moving surfaces have the same bits on every instruction set,
   }
 }
 
-// Roundings of where two faces are used to add up until one of them let go.
+// A past defect: roundings of the position on two faces accumulated until one of them let go.
 TEST_CASE("motions: grains that friction holds in a groove or a box move with it as they lie in one at rest") {
   constexpr std::size_t count = 16;
   constexpr double seconds = 40;

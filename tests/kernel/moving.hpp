@@ -1,4 +1,4 @@
-// Particles and surfaces that follow a motion, as tests set them up.
+// Test setups of particles and surfaces that follow a motion.
 #pragma once
 
 #include <algorithm>
@@ -20,7 +20,7 @@ inline Motion along(const Vec3& velocity) {
   return {.center = {}, .keys = {{.time = 0}, {.time = T, .translation = {T * velocity[0], T * velocity[1], T * velocity[2]}}}};
 }
 
-// The fixed particles follow a motion instead.
+// Turns the fixed particles into followers of a motion.
 inline Joined carried(Joined joined, Motion motion) {
   joined.scene.add(Kinematic{.particles = std::exchange(joined.scene.fixed, {}), .motion = joined.scene.motions.size()});
   joined.scene.add(std::move(motion));
@@ -38,7 +38,7 @@ inline std::vector<Coupling> couplings() {
 
 inline constexpr Vec3 boost{1.5, -0.75, 2.25};
 
-// The sheet, its pins and the wind all move on at one velocity.
+// The sheet, its pins and the wind all move at one velocity.
 inline Joined boosted(const Joined& still) {
   Joined moving = carried(still, along(boost));
   for (Vec3& v : moving.v) {
@@ -50,7 +50,7 @@ inline Joined boosted(const Joined& still) {
   return moving;
 }
 
-// How far the two are apart, but for the way that the boost takes in the time t.
+// The largest distance between the two runs, without the boost's displacement in the time t.
 inline double furthest(const std::vector<double>& still, const std::vector<double>& moving, double t) {
   double most = 0;
   for (std::size_t i = 0; i < still.size(); i += 6) {

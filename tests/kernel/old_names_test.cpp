@@ -1,4 +1,4 @@
-// Names of the last release compile with a warning, and give the bits of the new ones.
+// Names of the last release compile with a warning, and give the bits of the new names.
 #include <doctest/doctest.h>
 
 #include <cstdint>

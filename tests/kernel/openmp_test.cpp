@@ -61,7 +61,7 @@ TEST_CASE("openmp: two callers of one team at once both have their loops done") 
   CHECK(is_right);
 }
 
-// A task that waits for another one's end: the thread that holds it does not hold up the others' tasks.
+// One task waits for the end of another. The thread that runs it must not delay the others' tasks.
 TEST_CASE("openmp: what a thread that is held up leaves is done by the others") {
   const OpenMpTeam team(2);
   struct Held {

@@ -1,5 +1,5 @@
-// The closed-form answers of tests/oracles through scene, plan and step, as a user comes to them: on every instruction set, in
-// float32 and float64, in separate and in contracted arithmetic. One step and many.
+// The closed-form results of tests/oracles through scene, plan and step, as a user runs them: on every instruction set, in
+// float32 and float64, in separate and in contracted arithmetic, with one step and many.
 #include <doctest/doctest.h>
 
 #include <algorithm>
@@ -17,15 +17,15 @@
 
 namespace dvdx::test::oracle_answers {
 
-// In parts of the motion's scales: by how much a run of one step may be off, and one of many. Contracted arithmetic rounds less
-// often and keeps the same bounds.
+// The allowed error relative to the motion's scales, for a run of one step and of many. Contracted arithmetic rounds less often
+// and keeps the same bounds.
 struct Bound {
   double one, many;
 };
 template <class T>
 constexpr Bound bound = sizeof(T) == 8 ? Bound{2e-15, 2e-13} : Bound{4e-7, 4e-6};
 
-// The largest position, velocity and acceleration of a motion: what its rounding is in proportion to.
+// The largest position, velocity and acceleration of a motion, the scales of its rounding.
 struct Scale {
   double x = 1e-3, v = 1e-3, a = 0;
 
@@ -39,17 +39,17 @@ struct State3 {
   Vec3 x{}, v{};
 };
 
-// One row: a scene of one particle, the time, and where it is then.
+// One row: a scene of one particle, the time, and the state at that time.
 struct Answer {
   std::string name;
-  Joined start;  // each particle starts alike
+  Joined start;  // all particles start alike
   double time = 0;
   State3 end;
   std::array<Scale, 3> scale;
-  double phase = 0;  // rad that the rounding of a scene's own sums of springs may turn the motion by
+  double phase = 0;  // rad: the phase error that rounded sums of springs may cause
 };
 
-// x'' = a - W (x - c) - g v + what drives it: scales of an axis whose motion starts at x0, v0 and is pulled by at most `pull`.
+// x'' = a - W (x - c) - g v + driving: the scales of an axis whose motion starts at x0, v0 and is pulled by at most `pull`.
 Scale scale_of(double W, double g, double c, double pull, double x0, double v0, double t) {
   const double infinite = std::numeric_limits<double>::infinity();
   const double swing = W > 0 ? 1 / std::sqrt(W) : infinite;
@@ -63,7 +63,7 @@ Scale scale_of(double W, double g, double c, double pull, double x0, double v0, 
   return scale;
 }
 
-// Five particles: a whole vector of some instruction sets, and a remainder.
+// Five particles: a whole vector on some instruction sets, and a remainder.
 constexpr std::size_t copies = 5;
 
 Joined alone(const Vec3& x, const Vec3& v) {
@@ -96,7 +96,7 @@ void see_answer(Margin& margin, Answer answer, const Run& run, std::size_t steps
   }
 }
 
-// All answers, dealt out to everything that this machine can run them on, in one step and in 60.
+// Checks all results in one step and in 60. The rows are distributed over all the runs that this machine supports.
 template <class T>
 void check_answers(const std::vector<Answer>& answers) {
   for_each_run([&](const Run& run, const std::string& words) {
@@ -113,7 +113,7 @@ void check_answers(const std::vector<Answer>& answers) {
   });
 }
 
-// The scales of an oracle's cases hold every row up to the time of the one in question.
+// The scales of an oracle's cases cover every row up to the present one's time.
 class Cases {
  public:
   void see(const std::string& name, std::size_t axis, double x, double v) { seen_[name][axis].see(x, v); }
@@ -128,7 +128,7 @@ class Cases {
   std::map<std::string, std::array<Scale, 3>> seen_;
 };
 
-// Answers along one axis, given to all three.
+// A result along one axis, used for all three.
 Answer along_all(const Oracle::Row& row, Scene scene, const Scale& scale) {
   const double x0 = row["x0"], v0 = row["v0"], x = row["x_m"], v = row["v_m"];
   Answer answer{.name = "case " + row.text("case"),
@@ -207,7 +207,7 @@ std::vector<Answer> polynomial_answers() {
 
 Vec3 point(const std::vector<double>& list, std::size_t at = 0) { return {list[at], list[at + 1], list[at + 2]}; }
 
-// Mass, springs to anchors of their own, drag in wind, gravity and a shaking.
+// Mass, springs to several anchors, drag in wind, gravity and shaking.
 std::vector<Answer> space_answers() {
   const Oracle oracle("multiforce3d.csv");
   std::vector<Answer> answers;
@@ -262,7 +262,7 @@ TEST_CASE_TEMPLATE("oracles: several springs, drag, wind, gravity and a shaking 
 
 // ---- particles that differ ----------------------------------------------------------------------------------------------
 
-// Cases of one time as one batch: a stiffness, a drag and an anchor each.
+// Cases with the same time as one batch, with individual stiffness, drag and anchor.
 TEST_CASE_TEMPLATE("oracles: all springs and drags of one time as particles of one plan", T, float, double) {
   const Oracle oracle("linear1d.csv");
   std::map<double, std::vector<std::size_t>> times;
@@ -292,7 +292,7 @@ TEST_CASE_TEMPLATE("oracles: all springs and drags of one time as particles of o
         const auto row = oracle[rows[k]];
         Scale scale = scale_of(W[k], g[k], row["c_"], 0, row["x0"], row["v0"], time);
         scale.see(row["x_m"], row["v_m"]);
-        // Coefficients made in the lanes know the phase to z eps.
+        // Coefficients made in lanes have a phase accurate to z eps.
         const double part = bound<T>.one + 4e-16 * std::sqrt(W[k]) * time;
         const auto where = [&row, t = time] { return "case " + row.text("case") + " at " + std::to_string(t) + " s"; };
         scale.v = std::max(scale.v, std::sqrt(W[k]) * scale.x);
@@ -306,8 +306,8 @@ TEST_CASE_TEMPLATE("oracles: all springs and drags of one time as particles of o
   });
 }
 
-// The size around which psi_k swings: its own value, or where it oscillates through zero, its amplitude exp(-q/2)/z^k. A
-// response that has died away to nothing is measured by a trace of its largest value, which is below 1/q.
+// The scale of psi_k's error: its own value or, if it oscillates through zero, the amplitude exp(-q/2)/z^k. A response that has
+// decayed to nothing is measured relative to a tiny part of its largest value, which is below 1/q.
 double envelope(int k, double exact, double w, double q) {
   if (k == 0) return 1;
   const double swing = 4 * w > q * q ? std::exp(-q / 2) * std::pow(w, -0.5 * k) : 0.0;
@@ -328,7 +328,7 @@ Joined responding(const Oracle& oracle, std::size_t from, std::size_t count, int
   batch.x.assign(count, {});
   batch.v.assign(count, {kick, kick, kick});
   batch.step = 1;
-  // A list of one number is a number for each particle, and made in the lanes; a number is made by the plan.
+  // A list of numbers is made in lanes, one for each particle; a single number is made by the plan.
   if (count == 1) {
     batch.scene.add(Spring{.stiffness = W[0]});
     batch.scene.add(Drag{.coefficient = g[0]});
@@ -382,7 +382,7 @@ TEST_CASE_TEMPLATE("oracles: psi_0 to psi_5 as what a step answers to a kick, a 
   });
 }
 
-// A step of 1 s by Method::exact: its answer to a distance of 1 m and of a velocity or a wind of 1 m/s.
+// A step of 1 s by Method::exact: the response to a distance of 1 m, and to a velocity or a wind of 1 m/s.
 TEST_CASE_TEMPLATE("oracles: the coefficients of a spring and of a drag alone", T, float, double) {
   const Oracle oracle("coefficients.csv");
   const double eps = static_cast<double>(std::numeric_limits<T>::epsilon());
@@ -403,7 +403,7 @@ TEST_CASE_TEMPLATE("oracles: the coefficients of a spring and of a drag alone", 
         return std::array{static_cast<double>(got[0]), static_cast<double>(got[3])};
       };
       if (row.text("kind") == "spring") {
-        // W = z^2 is rounded: the oracle is moved along its derivative to the root of the rounded one.
+        // W = z^2 is rounded: the oracle is moved along its derivative to the root of the rounded W.
         const double W = z * z;
         const double dz = -std::fma(z, z, -W) / (2 * z);
         const double sine = c1 / z, cosine = 1 - c2;
@@ -430,7 +430,7 @@ TEST_CASE_TEMPLATE("oracles: the coefficients of a spring and of a drag alone", 
 
 std::size_t steps_at(double hertz, double time) { return static_cast<std::size_t>(std::ceil(time * hertz)); }
 
-// In parts of the height and the speed that a bounce starts with.
+// The allowed error relative to the height and the speed at the start of a bounce.
 template <class T>
 constexpr double bounce_bound = sizeof(T) == 8 ? 1e-12 : 5e-4;
 
@@ -457,7 +457,7 @@ TEST_CASE_TEMPLATE("oracles: bounces on the ground, to the rest and beyond", T, 
       const auto where = [&] { return "case " + row.text("case") + " at " + row.text("t_s") + " s"; };
       const double y = static_cast<double>(got[1]), v = static_cast<double>(got[4]);
       margin.see(std::abs(y - row["y_m"]), bounce_bound<T> * top, where);
-      // At the ground the velocity is that before the impact or that after it.
+      // At the ground the velocity may be that before or after the impact.
       if (row["y_m"] > 1e-3 * top) margin.see(std::abs(v - row["v_m_s"]), 10 * bounce_bound<T> * fastest, where);
     }
     CHECK_MESSAGE(margin.is_kept(), words << ", " << 8 * sizeof(T) << " bits: " << margin.words());
@@ -513,7 +513,7 @@ TEST_CASE_TEMPLATE("oracles: bounces on oblique planes that keep a part of the t
   });
 }
 
-// A particle that comes along at 1 m/s and sticks where it touches tells the time of the impact.
+// A particle moves at 1 m/s and sticks where it touches. Its place gives the time of the impact.
 TEST_CASE_TEMPLATE("oracles: the time of impact within a step, in free fall, in drag and on a spring", T, float, double) {
   const Oracle oracle("toi.csv");
   for_each_run([&](const Run& run, const std::string& words) {
@@ -523,7 +523,7 @@ TEST_CASE_TEMPLATE("oracles: the time of impact within a step, in free fall, in 
       if (!dealt.has(i)) continue;
       const auto row = oracle[i];
       const double W = row["W_1_s2"], g = row["g_1_s"], h = row["h_s"];
-      if (g * h > 0.1 || std::sqrt(W) * h > 0.3) continue;  // where two Newton steps do
+      if (g * h > 0.1 || std::sqrt(W) * h > 0.3) continue;  // two Newton steps are enough
       Joined start = alone({0, row["s0_m"], 0}, {1, row["v0_m_s"], 0});
       if (W > 0) start.scene.add(Spring{.stiffness = {0, W, 0}, .anchor = Vec3{0, row["c_m"], 0}});
       if (g > 0) start.scene.add(Drag{.coefficient = {0, g, 0}});
@@ -533,7 +533,7 @@ TEST_CASE_TEMPLATE("oracles: the time of impact within a step, in free fall, in 
       const auto got = test::stepped<T>(start, run, 1);
       const double error = std::abs(static_cast<double>(got[0]) / h - row["f_exact"]);
       const bool is_parabola = row.text("kind") == "parabola";
-      // In float32 the height is rounded before anything is worked out: by so much of the step.
+      // In float32 the height is rounded before any computation, which shifts the time by this part of the step.
       const double height = std::abs(row["s0_m"]) + std::abs(row["c_m"]);
       const double rounding = sizeof(T) == 8 ? 0 : 4e-7 * (1 + height / (std::abs(row["v_impact"]) * h));
       (is_parabola ? parabola : curved).see(error, (is_parabola ? 1e-12 : 1e-10) + rounding, [&] {

@@ -1,4 +1,4 @@
-// Positions measured from an origin: the same motion, with the digits that float32 has near it.
+// Positions measured from an origin: the same motion, with the resolution of float32 near the origin.
 #include <doctest/doctest.h>
 
 #include <cmath>

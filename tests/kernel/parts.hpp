@@ -1,4 +1,4 @@
-// One scene in parts that each a thread steps, told of each other.
+// One scene in parts stepped by one thread each, with exchanges between them.
 #pragma once
 
 #include <doctest/doctest.h>
@@ -27,7 +27,7 @@ using namespace dvdx;
 
 struct Sheet {
   std::size_t height, width;
-  std::size_t stride = 1;  // in the sheet's rows, from a particle to that of the next number; it divides no count
+  std::size_t stride = 1;  // distance in row-major order between consecutive particle numbers; coprime to the count
   [[nodiscard]] std::size_t count() const { return height * width; }
   [[nodiscard]] Vec3 place_of(std::size_t i) const {
     const std::size_t at = i * stride % count();
@@ -36,7 +36,7 @@ struct Sheet {
 };
 inline constexpr Sheet small{13, 6};
 
-// A damped sheet in wind over a ball, and with `pair` a list of springs, some of which bend by angles.
+// A damped sheet in wind over a ball. With `pair` it is a list of springs, some of which bend by angles.
 inline Scene scene_with(const std::optional<Pair>& pair) {
   Scene scene;
   scene.mass = 0.01;
@@ -60,7 +60,7 @@ inline Scene scene_with(const std::optional<Pair>& pair) {
   return scene;
 }
 
-// Each part tells its neighbours, and is told.
+// Exchanges halos between a part and its neighbours.
 class Halo {
  public:
   Halo(std::vector<Halo>& all, std::barrier<>& meeting, const Part& part, std::uint32_t number)
@@ -125,7 +125,7 @@ inline void place(const Sheet& sheet, State<float> state, std::span<const std::u
 
 inline constexpr std::size_t steps = 3;
 
-// The plan's frequency takes longer than all else: it is asked for only where neither the scene nor the sheet's rows tell.
+// The plan's frequency is expensive. It is requested only if neither the scene nor the sheet's rows give the limit.
 inline NetworkLimit limit_of(const Sheet& sheet, const Scene& scene, const Options& options, const Plan<float>& plan) {
   if (scene.coupling.substeps && scene.coupling.theta) {
     NetworkLimit given;
@@ -176,7 +176,7 @@ inline std::uint64_t hash_in_parts(const Sheet& sheet, const Scene& whole, const
     if (part[p].sweeps) own.elsewhere.sweeps = &*part[p].sweeps;
     own.elsewhere.springs_damp = std::visit([](const auto& springs) { return springs.damping != 0; }, whole.networks[0]);
     const bool tells = tellings_of_sweeps(whole, count) != 0 || whole.coupling.scheme != Scheme::sequential;
-    if (tells) own.elsewhere.exchange = halos[p].exchange(p % 2 == 0);  // the others work all out before they tell it
+    if (tells) own.elsewhere.exchange = halos[p].exchange(p % 2 == 0);  // the other parts compute everything before they send
     auto plan = compile(scene, own, states[p]);
     REQUIRE_MESSAGE(plan.has_value(), plan.error().message());
     plans.push_back(std::move(*plan));
@@ -204,7 +204,7 @@ inline std::uint64_t hash_in_parts(const Sheet& sheet, const Scene& whole, const
   return state_hash(together);
 }
 
-// Springs along the rows and columns of a sheet, and across, whose particles have any numbers; and a chain beside it.
+// Springs along the rows, columns and diagonals of a sheet with shuffled indices; and a chain beside it.
 inline Springs shuffled(const Sheet& sheet, double damping) {
   std::vector<std::uint32_t> number(sheet.count());
   std::iota(number.begin(), number.end(), 0U);
@@ -215,7 +215,7 @@ inline Springs shuffled(const Sheet& sheet, double damping) {
     join(i + 1, i);
     join(i, i + sheet.width);
     if (i % 3 == 0) join(i, i + sheet.width + 1);
-    if (i % 700 == 0) join(i, i + 1);  // a second one
+    if (i % 700 == 0) join(i, i + 1);  // a second spring
   }
   return springs;
 }

@@ -1,4 +1,4 @@
-// compile(), set_step() and replace(): what they take, what they refuse and in which words.
+// compile(), set_step() and replace(): accepted input, refusals and their messages.
 #include "dvdx/plan.hpp"
 
 #include <doctest/doctest.h>
@@ -120,7 +120,7 @@ Expected<Plan<T>> compiled(const Scene& scene, const Options& options) {
   return compile<T>(scene, options, batch.view());
 }
 
-// The same force with other numbers.
+// The same force with different numbers.
 Force changed(Force force) {
   if (auto* spring = std::get_if<Spring>(&force)) {
     spring->damping *= 1.25;
@@ -190,7 +190,7 @@ TEST_CASE_TEMPLATE("lengths are taken from a start that is finite, and not all a
     for (const double bad : {quiet_nan, inf, -inf}) {
       CHECK(refusal(part, 1, bad).starts_with("state.x[1][1] is "));
       CHECK(refusal(part, 1, bad).ends_with("must be a finite number where " + field + " is taken from the start"));
-      CHECK(refusal(part, 3, bad).empty());  // nothing is joined to it
+      CHECK(refusal(part, 3, bad).empty());  // no spring joins it
     }
     CHECK(refusal(part, 0, 0) ==
           field +
@@ -200,7 +200,7 @@ TEST_CASE_TEMPLATE("lengths are taken from a start that is finite, and not all a
   check(springs, "networks[0].rest_length");
   check(rods, "constraints[0].length");
   check(ropes, "constraints[0].length");
-  // Lengths that are given ask for no start.
+  // Given lengths need no start.
   CHECK(refusal(Springs{.pairs = {{0, 1}}, .stiffness = 1.0, .rest_length = 1.0}, 1, quiet_nan).empty());
   CHECK(refusal(Springs{.pairs = {{0, 1}}, .stiffness = 1.0, .rest_length = 1.0}, 0, 0).empty());
 }

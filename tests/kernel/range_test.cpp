@@ -1,4 +1,4 @@
-// Values that are finite but that the plan's scalar type cannot hold, or not what is made of them: refused by name, or right.
+// Finite values that the plan's scalar type cannot hold, or whose results it cannot hold: refused by name, or correct.
 #include <doctest/doctest.h>
 
 #include <algorithm>
@@ -14,7 +14,7 @@
 
 namespace dvdx::test::range_test {
 
-// The field that is refused, or nothing.
+// The refused field; empty if none is refused.
 template <class T>
 std::string refused(const Scene& scene, double step, std::size_t count = 3) {
   Batch<T> batch(Layout::soa, count);
@@ -90,7 +90,7 @@ TEST_CASE_TEMPLATE("range: a step at which a network's particles are lost is ref
   }
 }
 
-// W h^2 from 2^900 on is cut off where psi is made: what the rest of the coefficients' formulas made of it was not a number.
+// A past defect: psi cuts W h^2 off at 2^900, and the remaining formulas of the coefficients turned such values into NaN.
 TEST_CASE("range: a spring whose angle in a step means nothing is refused, and the stiffest that is taken keeps its bounds") {
   constexpr double least = 0x1p+900;
   const std::vector<double> second = {1, least, 1};
@@ -139,7 +139,7 @@ TEST_CASE("range: a spring whose angle in a step means nothing is refused, and t
   }
 }
 
-// The roundings that go together were searched for beside infinity, where the largest float stands.
+// A past defect: beyond float32 the search for paired roundings took the largest float as a neighbour of infinity.
 TEST_CASE("range: springs whose coefficients float32 cannot hold are refused, damped or not, one for all or one each") {
   for (const double damping : {0.0, 1e-3}) {
     const auto spring = [&](const auto& stiffness) { return with(Spring{.stiffness = stiffness, .damping = damping}); };

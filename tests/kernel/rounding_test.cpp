@@ -1,5 +1,5 @@
-// The cost of float32: the state of a float plan after 1000 steps against the rounding floor, that is against an exact step in
-// float64 whose state is rounded to float after every step.
+// The cost of float32: the state of a float plan after 1000 steps, compared with the rounding floor, an exact step in float64
+// whose state is rounded to float after every step.
 #include <doctest/doctest.h>
 
 #include <algorithm>
@@ -19,7 +19,7 @@ namespace rounding_test {
 
 constexpr double h = 1.0 / 60;
 constexpr std::size_t steps = 1000;
-constexpr std::size_t starts = 32;  // of one case, slightly apart: an error is a mean over roundings
+constexpr std::size_t starts = 32;  // slightly different starts of one case: the error is a mean over roundings
 
 struct Case {
   double W, g, f, c;  // about the anchor c, with constant acceleration f
@@ -90,7 +90,7 @@ TEST_CASE("float32, 1000 steps of every closed-form case: state error against th
     const auto row = oracle[i];
     if (row.text("case") == last) continue;
     last = row.text("case");
-    // The anchor is a float, so that rounding it is no part of the comparison.
+    // The anchor is a float, so that its rounding does not enter the comparison.
     const Case at{.W = row["W_"],
                   .g = row["g_"],
                   .f = row["a_"] + row["g_"] * row["u_"],
@@ -98,7 +98,7 @@ TEST_CASE("float32, 1000 steps of every closed-form case: state error against th
                   .x0 = row["x0_"],
                   .v0 = row["v0_"]};
     const Errors errors = errors_of(at);
-    // Below an ulp of the position there is nothing to compare.
+    // Errors below an ulp of the position are not compared.
     const double ulp = 6e-8 * (std::abs(at.c) + std::abs(at.x0) * 1e-3);
     const double ratio = std::sqrt(errors.plan) / std::max(std::sqrt(errors.floor), ulp);
     const bool is_fast =
@@ -115,8 +115,7 @@ TEST_CASE("float32, 1000 steps of every closed-form case: state error against th
     const Kind& kind = entry.second;
     MESSAGE(name << ": rms of ratios " << kind.rms() << ", worst " << kind.worst << " of " << kind.cases);
     CAPTURE(name);
-    // spring_const: the offsets P and Q are rounded too. Above 0.7 rad a step the step's own operations round more than the
-    // state.
+    // spring_const: the offsets P and Q are rounded too. Above 0.7 rad a step the step's operations round more than the state.
     CHECK(kind.rms() <= (name == "oscillating, z > 0.7" ? 4.0 : 2.0));
   }
   MESSAGE("all but z > 0.7: rms of ratios " << slow.rms() << ", worst " << slow.worst << " of " << slow.cases);
@@ -130,7 +129,7 @@ TEST_CASE("float32, one step of a damped spring at any angle and damping: right 
     for (const double turns : {0.07, 0.5, 1.0, 2.0, 3.0, 7.3}) {
       for (const double off : {0.0, 1e-9, -1e-6, 1e-4, 1e-3}) {
         const double g = q / step;
-        const double angle = (turns * 3.14159265358979323846 + off) / step;  // of the damped oscillation
+        const double angle = (turns * 3.14159265358979323846 + off) / step;  // rad/s, of the damped oscillation
         const double W = angle * angle + g * g / 4;
         Scene scene;
         scene.add(Spring{.stiffness = W, .damping = g});

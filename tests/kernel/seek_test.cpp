@@ -1,4 +1,4 @@
-// Many steps at once are the same motion as step by step.
+// Many steps at once give the same motion as single steps.
 #include <doctest/doctest.h>
 
 #include <algorithm>

@@ -1,4 +1,4 @@
-// No step ends with a particle inside a surface, where springs or constraints act after the last flow.
+// No step ends with a particle inside a surface when springs or constraints act after the last flow.
 #include <doctest/doctest.h>
 
 #include <algorithm>
@@ -50,7 +50,7 @@ std::vector<Joined> scenes() {
   return all;
 }
 
-// m, of the deepest particle.
+// m: the depth of the deepest particle.
 template <class T>
 double depth(const State<T>& state) {
   double deepest = 0;
@@ -103,8 +103,8 @@ TEST_CASE_TEMPLATE("settling: the same bits on every instruction set", T, float,
   }
 }
 
-// Particles that no contact holds are left as they are: a floor far below changes nothing. (Without contacts sweeps count
-// positions from the step's start.)
+// Particles without contact stay unchanged: a floor far below changes nothing. (Without contacts sweeps count positions from
+// the step's start.)
 TEST_CASE_TEMPLATE("settling: what is outside stays where it is", T, float, double) {
   for (Joined joined : scenes()) {
     if (joined.scene.constraints.empty()) continue;

@@ -1,4 +1,4 @@
-// Parts that share births, each on a thread of its own: together they hold what one plan holds.
+// Parts that share births, each on its own thread: together they hold the particles of one plan.
 #include <doctest/doctest.h>
 
 #include <algorithm>
@@ -30,8 +30,8 @@ Scene fountain() {
   return scene;
 }
 
-// Two emitters, of which one makes less than one particle a step; some die of age, some by place, some as soon as they are
-// born.
+// Two emitters, of which one makes less than one particle a step. Some particles die of age, some by their place, some at
+// birth.
 Lifecycle turnover(std::size_t capacity) {
   Lifecycle t{.capacity = capacity};
   t.emitters.push_back({.shape = Box{.min = {0, 0, 0}, .max = {1, 0.5, 0}},
@@ -46,7 +46,7 @@ Lifecycle turnover(std::size_t capacity) {
   return t;
 }
 
-// Adds up what all parts have, when all have called.
+// Sums the values of all parts once all have called.
 class Sum {
  public:
   explicit Sum(std::ptrdiff_t parts) : barrier_(parts) {}

@@ -1,4 +1,4 @@
-// Skins and tethers: limits that move with an animation, and how far cloth is from what it hangs on.
+// Skins and tethers: limits that move with an animation, and the distance of cloth from its attachments.
 #include <doctest/doctest.h>
 
 #include <algorithm>
@@ -51,7 +51,7 @@ std::vector<std::size_t> everyone(const Joined& joined) {
   return all;
 }
 
-// A sheet whose particles stay within 4 cm of where they start, and above a floor of balls 1 cm below that.
+// A sheet whose particles stay within 4 cm of their start, and above a floor of balls 1 cm below it.
 Joined skirt(std::size_t rows = 9, std::size_t columns = 12) {
   Joined joined = test::sheet(rows, columns, 400);
   joined.scene.add(Skin{.particles = everyone(joined),
@@ -60,7 +60,7 @@ Joined skirt(std::size_t rows = 9, std::size_t columns = 12) {
   return joined;
 }
 
-// The same, all of it moving on at one velocity.
+// The same, with everything moving at one velocity.
 Joined boosted(const Joined& still) {
   Joined moving = still;
   moving.scene.add(along(boost));
@@ -70,7 +70,7 @@ Joined boosted(const Joined& still) {
   return moving;
 }
 
-// `steps` steps one by one; before(plan, n) each of them.
+// Takes `steps` single steps, with before(plan, n) ahead of each.
 template <class T, class Before>
 std::vector<T> driven(const Joined& joined, std::size_t steps, const Before& before, Isa isa = Isa::reference) {
   Batch<T> batch(Layout::soa, joined.x.size());
@@ -137,7 +137,7 @@ TEST_CASE("skins: at the end of a step no particle is beyond its limit, and none
       const auto at = stepped<double>(joined, {.isa = best_isa()}, steps);
       for (std::size_t i = 0; i < joined.x.size(); ++i) {
         if (i == 0 || i == 11) continue;
-        CHECK(length(plus(place_of(at, i), -1, joined.x[i])) < 0.05);  // the ball comes last
+        CHECK(length(plus(place_of(at, i), -1, joined.x[i])) < 0.05);  // the ball acts last
         const Vec3 center = plus(joined.x[i], -0.31, {0, 1, 0});
         CHECK(length(plus(place_of(at, i), -1, center)) >= 0.3 - 1e-14);
       }
@@ -146,7 +146,7 @@ TEST_CASE("skins: at the end of a step no particle is beyond its limit, and none
 }
 
 TEST_CASE("skins: a limit of 0 is a kinematic particle") {
-  // The furthest that any particle is from where it is with kinematic ones.
+  // The largest distance of any particle from its place with kinematic ones.
   const auto apart = [](int substeps) {
     Joined held = test::sheet(9, 12, 40);
     held.scene.coupling.substeps = substeps;
@@ -165,7 +165,7 @@ TEST_CASE("skins: a limit of 0 is a kinematic particle") {
     for (std::size_t i = 0; i < held.x.size(); ++i) most = std::max(most, length(plus(place_of(a, i), -1, place_of(b, i))));
     return most;
   };
-  // Within a sub-step the limited one falls, and its springs see that: of second order in it.
+  // Within a sub-step the limited particle falls, and its springs respond: an error of second order in the sub-step.
   const double coarse = apart(20), fine = apart(40);
   MESSAGE(coarse << " m and " << fine << " m apart");
   CHECK(coarse < 1e-4);
@@ -173,7 +173,7 @@ TEST_CASE("skins: a limit of 0 is a kinematic particle") {
 }
 
 TEST_CASE("skins: nothing gets behind a skin that comes at any speed, of any instruction set") {
-  // Particles at rest in front of a wall of skin points: small balls behind, met head-on, and large ones, met beside their
+  // Particles at rest in front of a wall of skin points: small balls behind it, met head-on, and large ones, met beside their
   // points.
   for (const auto& [radius, aside] : {std::pair{0.1, 0.0}, std::pair{5.0, 0.02}}) {
     for (const double speed : {1.0, 20.0, 100.0}) {
@@ -202,7 +202,7 @@ TEST_CASE("skins: nothing gets behind a skin that comes at any speed, of any ins
             behind = std::max(behind, point[0] - place_of(at, i)[0]);
             within = std::max(within, radius - length(plus(place_of(at, i), -1, plus(point, -radius, {1, 0, 0}))));
           }
-          CHECK(behind < 0.01);  // what a large ball falls back beside its point
+          CHECK(behind < 0.01);  // a large ball's surface lies this far back beside its point
           CHECK(within < 1e-12);
         }
       }
@@ -211,7 +211,7 @@ TEST_CASE("skins: nothing gets behind a skin that comes at any speed, of any ins
 }
 
 TEST_CASE("skins: a skin that turns pushes what its ball comes upon, and lets it go no slower than it comes itself") {
-  // The point stays, the normal turns by 1 rad/s, and with it the ball 1 m behind goes down upon the particle.
+  // The point rests, the normal turns by 1 rad/s, and the ball 1 m behind moves down onto the particle with it.
   Joined joined;
   joined.name = "a skin that turns";
   joined.step = 1.0 / 120;
@@ -313,7 +313,7 @@ TEST_CASE("skins: of a driven skin some of whose particles are anywhere, the oth
   CHECK(test::difference(a, b) == "");
 }
 
-// The ball behind a point that rests turns with the normal, to which the way from n0 to n1 leads: n' = (m' - n (n.m')) / |m|.
+// The ball behind a resting point turns with its normal, along the straight way m from n0 to n1: n' = (m' - n (n.m')) / |m|.
 TEST_CASE("skins: a back-stop whose normal is turned pushes with the velocity of its ball") {
   const double angle = -0.1, radius = 1, step = 0.1;
   const Vec3 n1{std::sin(angle), std::cos(angle), 0};
@@ -335,7 +335,7 @@ TEST_CASE("skins: a back-stop whose normal is turned pushes with the velocity of
   CHECK(std::abs(e[0] * u[0] + e[1] * u[1] + e[2] * u[2]) < 1e-13);
 }
 
-// Particles that two bounds move in one sub-step: a limit and a back-stop, or a tether and both.
+// Particles moved by two bounds in one sub-step: a limit and a back-stop, or a tether and both.
 TEST_CASE("skins: a call of many steps is as many calls where several bounds hold a particle") {
   for (const Coupling& coupling : couplings()) {
     for (const bool is_tethered : {false, true}) {
@@ -419,7 +419,7 @@ TEST_CASE("skins: what is wrong is refused by field, value and range") {
           j.scene.add(Tethers{}).add(OnPoint{.particle = 4, .at = {}});
         }) == "tethers[0] is there: must be left out of a scene with constraints");
   const auto plan = compile<float>(skirt(3, 3).scene, {});
-  CHECK(plan.error().field == "networks");  // no state
+  CHECK(plan.error().field == "networks");  // without a state
 }
 
 TEST_CASE("skins: a target that is wrong is refused, and changes nothing") {
@@ -457,7 +457,7 @@ TEST_CASE("tethers: each particle's is the shortest way along whole springs to w
   CHECK(of[0].length == 0);
   CHECK(*of[2].anchor == 1);
   CHECK(test::is_close(of[2].length, across, 1e-14));
-  CHECK(*of[5].anchor == 0);  // around the torn spring
+  CHECK(*of[5].anchor == 0);  // the path leads around the torn spring
   CHECK(test::is_close(of[5].length, across + down, 1e-14));
   CHECK(*of[6].anchor == 1);
   CHECK(test::is_close(of[13].length, across + 3 * down, 1e-14));

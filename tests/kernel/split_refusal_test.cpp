@@ -1,4 +1,4 @@
-// Parts that are none of a scene's are refused.
+// Refusals of invalid parts of a scene.
 #include <doctest/doctest.h>
 
 #include <algorithm>
@@ -63,7 +63,7 @@ TEST_CASE("split: owners of less than sweeps go through at once are refused, and
   scene.networks = {grid};
   const std::size_t rows = rows_kept_together(scene, grid);
   REQUIRE(rows > 1);
-  // The owner of each row is given.
+  // The message for a given owner of each row.
   const auto message = [&](const auto& owner_of_row) {
     std::vector<std::uint32_t> owner(sheet.count());
     for (std::size_t i = 0; i < owner.size(); ++i) owner[i] = owner_of_row(i / sheet.width);

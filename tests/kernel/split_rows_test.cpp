@@ -1,4 +1,4 @@
-// Parts of a sheet: whole rows, several sub-steps at a time, and their limit.
+// Parts of a sheet: whole rows, several sub-steps between exchanges, and their limit.
 #include <doctest/doctest.h>
 
 #include <algorithm>
@@ -22,7 +22,7 @@ TEST_CASE("split: what is no sheet has no limit by rows") {
   CHECK_FALSE(limit_of_sheet(scene, 1.0 / 60, {}));
 }
 
-// Each part has as many particles as do not fit in cache: it goes through four sub-steps between two tellings.
+// Each part has too many particles for the cache, and takes four sub-steps between two exchanges.
 TEST_CASE("split: parts of a large sheet are told of several sub-steps at a time, and have the bits of the whole") {
   const Sheet sheet{1601, 512};
   Scene scene;
@@ -71,7 +71,7 @@ TEST_CASE("split: only parts of whole rows, large beside what is told, go throug
   CHECK(pulses(other, 64) == 1);
 }
 
-// Sheets of which parts have many rows, one, or none.
+// Sheets whose parts have many rows, one, or none.
 std::vector<Scene> sheets_in_stripes() {
   std::vector<Scene> scenes;
   for (const Grid& grid :
@@ -123,16 +123,16 @@ TEST_CASE("split: a sheet's part is made of its own rows as of the whole") {
       for (std::uint32_t p = 0; p < parts; ++p) check_part_of_sheet(scene, parts, p);
     }
   }
-  Scene large;  // of three parts each is told of several sub-steps at a time
+  Scene large;  // three parts, each with several sub-steps between exchanges
   large.networks.emplace_back(
       Grid{.rows = 1601, .columns = 512, .edge_u = {1, 0, 0}, .edge_v = {0, 0, 1}, .structural = 30, .bend = 2});
   REQUIRE(pulses_per_telling(large, std::get<Grid>(large.networks[0]), 1601 / 3) > 1);
-  check_part_of_sheet(large, 3, 1);                                          // the middle one, which both others tell
+  check_part_of_sheet(large, 3, 1);                                          // the middle part, which receives from both others
   CHECK_FALSE(part_of_sheet(scene_with({}), small.count(), 2, 0));           // in air
-  CHECK_FALSE(part_of_sheet(scene_with(Pair{0, 20}), small.count(), 2, 0));  // no sheet alone
+  CHECK_FALSE(part_of_sheet(scene_with(Pair{0, 20}), small.count(), 2, 0));  // not a sheet alone
 }
 
-// The heaviest bounds stand on both sides of a cut, and rows reach across it.
+// The largest bounds lie on both sides of a cut, and rows reach across it.
 TEST_CASE("split: what limits a sheet's sub-steps is found by rows as by the whole's plan") {
   const Sheet sheet{20, 6};
   Scene scene;

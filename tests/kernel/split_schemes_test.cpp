@@ -1,4 +1,4 @@
-// Parts of a scene have the bits of the whole, in every scheme that tells.
+// Parts of a scene have the bits of the whole in every scheme with exchanges.
 #include <doctest/doctest.h>
 
 #include <cstdint>
@@ -65,7 +65,7 @@ TEST_CASE("split: parts that sum their pairs' contributions have the bits of the
   }
 }
 
-// The first of three parts holds no particle of a skin, and closes its sub-steps all the same.
+// The first of three parts has no particle of a skin, but closes its sub-steps all the same.
 TEST_CASE("split: parts have those particles of a skin that they step") {
   for (const Scheme scheme : {Scheme::leapfrog, Scheme::fourth_order}) {
     Scene scene = scene_with({});

@@ -1,4 +1,4 @@
-// Parts of alike sheets that lie side by side have the bits of the whole.
+// Parts of alike sheets side by side have the bits of the whole.
 #include <doctest/doctest.h>
 
 #include <cstdint>
@@ -10,7 +10,7 @@
 
 namespace parts::sheets_test {
 
-// One after the other, of which one is torn.
+// One sheet after the other, one of them torn.
 Scene sheets_side_by_side(std::size_t sheets, Grid grid) {
   Scene scene;
   scene.mass = 0.01;

@@ -1,4 +1,4 @@
-// Parts of a scene that is swept have the bits of the whole.
+// Parts of a swept scene have the bits of the whole.
 #include <doctest/doctest.h>
 
 #include <algorithm>
@@ -14,14 +14,14 @@ namespace parts::sweeps_test {
 
 std::vector<Isa> isas_of(bool all) { return all ? available_isas(Arithmetic::separate) : std::vector{best_isa()}; }
 
-// The first part alone has the particles that the sub-steps' rho is chosen by.
+// Only the first part has the light particles that determine rho of the sub-steps.
 std::vector<double> lighter_first(const Sheet& sheet) {
   std::vector<double> mass(sheet.count(), 0.01);
   std::fill_n(mass.begin(), 300, 0.003);
   return mass;
 }
 
-// Bands of 12 rows, of which a part has two together; the last part of four has five rows.
+// Bands of 12 rows, two of them in a part; the last of four parts has five rows.
 constexpr Sheet banded{77, 40};
 const std::vector<Pair> torn_in_bands{{1000, 1001}, {1900, 1940}};
 
@@ -34,7 +34,7 @@ Grid banded_grid(double bend, double damping) {
   return grid;
 }
 
-// Over a ball, in three sub-steps; with bends by theta.
+// A sheet over a ball, in three sub-steps; with bends it uses theta.
 Scene banded_scene(Network network, double bend) {
   Scene scene;
   scene.mass = Scalars(lighter_first(banded));
@@ -52,7 +52,7 @@ Scene banded_scene(Network network, double bend) {
 
 enum class Tellings { a_substep, any };
 
-// The best ISA takes two parts and most, the others most.
+// The best ISA runs two parts and `most`, the others only `most`.
 std::vector<std::uint32_t> parts_for(Isa isa, std::uint32_t most) {
   return isa == best_isa() ? std::vector{2U, most} : std::vector{most};
 }
@@ -73,7 +73,7 @@ void check_banded(const Scene& scene, bool on_all_isas, Tellings expected, const
   }
 }
 
-// Air tells by itself.
+// Air has its own exchanges.
 TEST_CASE("split: parts of a sheet that is swept have the bits of the whole, and tell once a sub-step") {
   for (const double bend : {0.0, 4.0}) {
     for (const double damping : {0.0, 0.002}) {
@@ -130,7 +130,7 @@ TEST_CASE("split: parts of lists that are swept have the bits of the whole, and 
   }
 }
 
-// All springs of a sheet but some diagonals, in any order.
+// All springs of a sheet except some diagonals, in shuffled order.
 Springs most_of(const Grid& grid) {
   const Springs all = springs_of(grid);
   Springs some{.pairs = {}, .stiffness = 0.0, .rest_length = std::nullopt, .damping = all.damping};
@@ -163,7 +163,7 @@ TEST_CASE("split: parts of a list that is swept as a sheet have the bits of the 
   }
 }
 
-// Its particles numbered by the sheet's stride.
+// Renumbers the particles by the sheet's stride.
 Springs numbered(Springs springs, const Sheet& sheet) {
   std::vector<std::uint32_t> number(sheet.count());
   for (std::uint32_t i = 0; i < number.size(); ++i) number[i * sheet.stride % number.size()] = i;
@@ -175,7 +175,7 @@ Springs numbered(Springs springs, const Sheet& sheet) {
 
 TEST_CASE(
     "split: of a sheet whose particles are numbered in any order parts have the bits of the whole, and tell once a sub-step") {
-  const Sheet sheet{banded.height, banded.width, 1003};  // whose walk goes along its longer side
+  const Sheet sheet{banded.height, banded.width, 1003};  // its walk goes along its longer side
   for (const double bend : {0.0, 4.0}) {
     for (const double damping : {0.0, 0.002}) {
       Grid grid = banded_grid(bend, damping);
@@ -192,7 +192,7 @@ TEST_CASE(
   }
 }
 
-// They stand where more rows of it would.
+// The free particles are placed where further rows of the grid would be.
 TEST_CASE("split: of a grid and particles that nothing joins, behind it, parts have the bits of the whole") {
   const Sheet sheet{68, 40};
   Scene scene;

@@ -1,4 +1,4 @@
-// Plan::check: stretch, rods, energy and what is not finite, against sums over all pairs.
+// Plan::check: stretch, rods, energy and non-finite values, compared with sums over all pairs.
 #include <doctest/doctest.h>
 
 #include <algorithm>
@@ -32,7 +32,7 @@ double distance(const State<T>& state, const Pair& ends) {
 
 bool are_same(const Pair& a, const Pair& b) { return a == b || a == Pair{b[1], b[0]}; }
 
-// Spring by spring, as the scene lists them.
+// The check spring by spring, in the scene's order.
 template <class T>
 StateCheck by_springs(const Scene& scene, const State<T>& state) {
   StateCheck found;
@@ -125,8 +125,8 @@ TEST_CASE("check: torn springs do not count, those torn later neither, in grids 
   }
 }
 
-// Two particles 3 m apart by a spring of 1 m and a rod of 2 m, which weigh 2 and 4 kg, at 1 and 2 m/s, the first at a height of
-// 5 m.
+// Two particles of 2 and 4 kg, 3 m apart, joined by a spring of 1 m and a rod of 2 m, with speeds of 1 and 2 m/s. The first is
+// at a height of 5 m.
 struct Two {
   Scene scene;
   Batch<double> batch{Layout::soa, 2};

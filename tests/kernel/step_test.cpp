@@ -1,4 +1,4 @@
-// The promises of a call of step(), whatever the scene.
+// The promises of a call of step() for every scene.
 #include <doctest/doctest.h>
 
 #include <algorithm>
@@ -33,7 +33,7 @@ Plan<T> make_plan(const Scene& scene, double step, std::size_t particles = count
   return std::move(*plan);
 }
 
-// The start, or what is left of it after some steps.
+// The start, or the state after some steps.
 template <class T>
 class Moving {
  public:

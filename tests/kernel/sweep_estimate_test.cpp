@@ -1,5 +1,5 @@
-// The part that sweeps leave unsolved, as a plan estimates it, against where nets come to rest; the sub-steps that follow from
-// it, and the scheme of a scene that leaves it open.
+// A plan's estimate of the part that sweeps leave unsolved, compared with the equilibria of nets; the resulting sub-steps, and
+// the scheme of a scene that leaves it open.
 #include <doctest/doctest.h>
 
 #include <algorithm>
@@ -22,7 +22,7 @@ constexpr double g = 9.81;
 constexpr double link = 0.01;    // kg
 constexpr double length = 0.1;   // m
 constexpr double drag_rate = 3;  // 1/s
-constexpr double seconds = 4;    // until all is at rest
+constexpr double seconds = 4;    // until everything is at rest
 constexpr double frame = 1.0 / 60;
 
 struct Net {
@@ -40,10 +40,10 @@ Scalars drags(const Scalars& mass, std::size_t count) {
 
 struct LoadedRope {
   std::size_t springs;
-  double k, load;  // N/m, of a link's mass
+  double k, load;  // N/m; in masses of a link
 };
 
-// Particles along a direction, joined by springs, the last of them so many links heavier.
+// Particles along a direction, joined by springs, the last one `load` times as heavy as a link.
 Net rope(std::size_t springs, double k, double load, const Vec3& along) {
   Net net;
   Springs list{.pairs = {}, .stiffness = k, .rest_length = Scalars(length)};
@@ -60,12 +60,12 @@ Net rope(std::size_t springs, double k, double load, const Vec3& along) {
   net.scene.add(Drag{.coefficient = PerAxis(drags(net.scene.mass, springs + 1))});
   net.scene.coupling.scheme = Scheme::sequential;
   net.side = static_cast<double>(springs) * length;
-  net.scene.coupling.lines = Lines::none;  // with them few sub-steps do
+  net.scene.coupling.lines = Lines::none;  // with lines, few sub-steps are enough
   return net;
 }
 Net hung_rope(std::size_t springs, double k, double load) { return rope(springs, k, load, {0, -1, 0}); }
 
-// A sheet of 1 m and 1 kg that hangs down from its corners, or from its upper edge.
+// A sheet of 1 m and 1 kg that hangs from its corners, or from its upper edge.
 enum class Held { corners, edge };
 Net sheet(std::size_t side, double k, double shear, Held held) {
   Net net;
@@ -106,7 +106,7 @@ NetworkLimit limit_of(const Net& net) { return plan_of(net).network_limit().valu
 
 double share_of(const SweepEstimate& estimate) { return std::max(estimate.rest, estimate.motion) / estimate.side; }
 
-// m: of the lowest particle, at rest.
+// m: the height of the lowest particle at rest.
 double lowest(const Net& net) {
   Soa<double> memory = placed(net);
   State<double> state = memory.view();
@@ -124,14 +124,14 @@ double lowest_by(Net net, Scheme scheme, std::optional<int> substeps) {
   return lowest(net);
 }
 
-// Where each spring bears what hangs below it.
+// The equilibrium, in which each spring carries the weight below it.
 double lowest_of_rope(std::size_t springs, double k, double load) {
   double y = -static_cast<double>(springs) * length;
   for (std::size_t s = 0; s < springs; ++s) y -= g * link * (static_cast<double>(springs - 1 - s) + load) / k;
   return y;
 }
 
-// Share of the side.
+// The error as a share of the side.
 double error_of(const Net& net, double right, std::optional<int> substeps) {
   return (right - lowest_by(net, Scheme::sequential, substeps)) / net.side;
 }
@@ -144,7 +144,7 @@ void check_chosen(const Net& net, double right) {
   CHECK(error <= 0.01);
   CHECK(limit.estimate.rest <= 0.01 * limit.estimate.side);
   CHECK(is_close(limit.estimate.side, net.side, 1e-9));
-  // A quarter of them would not do.
+  // A quarter of the sub-steps would not be enough.
   if (limit.substeps >= 4) CHECK(error_of(net, right, limit.substeps / 4) > 0.01);
 }
 
@@ -211,7 +211,7 @@ TEST_CASE("sequential by itself: a step twice as long takes twice as many, and a
   CHECK(limit_of(net).substeps == at_60);
 }
 
-// Frames that vary take sub-steps that are shorter by what makes springs softer there.
+// Varying frames take shorter sub-steps, which compensate the softer springs.
 TEST_CASE("sequential by itself: a rope hangs within 1 % of its length where steps vary") {
   for (const double longest : {1.0 / 24, 1.0 / 60}) {
     for (const LoadedRope& of : {LoadedRope{10, 1e4, 100}, {20, 1e6, 1e4}}) {
@@ -256,12 +256,12 @@ TEST_CASE("sequential by itself: heavy ropes hang within 1 % of their length fro
   }
 }
 
-// Links that move at 1 m/s turn far within a frame: by fewer sub-steps such ropes gain energy without end.
+// Links that move at 1 m/s turn far within a frame. With fewer sub-steps such ropes gain energy without limit.
 TEST_CASE("sequential by itself: heavy ropes whose links move their own ways stay as long as they are, whatever the frames") {
   for (const LoadedRope& of : {LoadedRope{3, 2e7, 30000}, {5, 3e6, 8000}, {10, 4e7, 40000}, {20, 2e6, 6000}, {20, 1e5, 1500}}) {
     for (const double longest : {1.0 / 60, 1.0 / 20}) {
       Net net = rope(of.springs, of.k, of.load, {0.8, -0.6, 0});
-      net.scene.forces.pop_back();  // the drag, by which all comes to rest
+      net.scene.forces.pop_back();  // the drag that brings everything to rest
       net.scene.coupling.lines = Lines::whole;
       net.options = {.step = longest, .longest_step = longest};
       Soa<double> memory = placed(net);
@@ -297,14 +297,14 @@ TEST_CASE("sequential by itself: lines of springs take fewer sub-steps, and hang
     CHECK(limit_of(net).substeps < without);
     CHECK(std::abs(right - lowest(net)) <= 0.01 * net.side);
   }
-  // A rope is solved whole, and turns by little.
+  // Lines solve a rope completely, and it turns by little.
   Net net = hung_rope(20, 1e4, 10);
   CHECK(limit_of(net).substeps > 1);
   net.scene.coupling.lines = Lines::whole;
   CHECK(limit_of(net).substeps == 1);
 }
 
-// By fewer sub-steps particles near the corners swing across the sheet without end, at up to 1 m/s.
+// With fewer sub-steps, particles near the corners oscillate across the sheet without end, at up to 1 m/s.
 TEST_CASE("sequential by itself: sheets that fall into place from flat come to rest, and hang within 1 % of their side") {
   for (const std::size_t side : {16U, 24U}) {
     for (const double k : {300.0, 1e4}) {
@@ -331,7 +331,7 @@ TEST_CASE("sequential by itself: sheets that fall into place from flat come to r
   }
 }
 
-// m/s, 8 s after it was let go from flat.
+// m/s, 8 s after release from flat.
 double fastest_from_flat(std::size_t side, double k, int substeps) {
   Net net = sheet(side, k, k, Held::corners);
   net.options.isa = best_isa();
@@ -422,7 +422,7 @@ TEST_CASE("sequential by itself: never more sub-steps than leapfrog's, and by fo
       Net net = hung_rope(4, k, load);
       const int swept = limit_of(net).substeps;
       net.scene.coupling = {.scheme = Scheme::leapfrog};
-      CHECK(swept <= 1.1 * limit_of(net).substeps + 1);  // by eigenvalues, where those save some
+      CHECK(swept <= 1.1 * limit_of(net).substeps + 1);  // by eigenvalues where those save some
     }
   }
   Net net = hung_rope(10, 1e6, 1000);
@@ -455,7 +455,7 @@ TEST_CASE("sequential by itself: large sheets are looked at in part, and rows al
     CHECK(by_rows->substeps == limit.substeps);
     CHECK(by_rows->estimate.rest == limit.estimate.rest);
   }
-  // The sub-steps grow as the side does in particles.
+  // The sub-steps grow in proportion to the side in particles.
   const double of_90 = limit_of(sheet(90, 1e4, 1e4, Held::edge)).substeps;
   const double of_180 = limit_of(sheet(180, 1e4, 1e4, Held::edge)).substeps;
   CHECK(is_close(of_180 / of_90, 2, 0.15));
@@ -480,7 +480,7 @@ TEST_CASE("scheme automatic: the cheaper of both by the table, with the bits of 
     CHECK(limit.choice->scheme == wanted);
     CHECK((limit.choice->sequential_cost < limit.choice->leapfrog_cost) == (wanted == Scheme::sequential));
     if (wanted == Scheme::sequential) CHECK(limit.substeps == limit.choice->sequential);
-    // By sums; eigenvalues may save some.
+    // The table uses sums; eigenvalues may save some.
     if (wanted == Scheme::leapfrog) CHECK(limit.substeps <= limit.choice->leapfrog);
     Net named = net;
     named.scene.coupling.scheme = wanted;
@@ -503,7 +503,7 @@ TEST_CASE("scheme automatic: sub-steps that are asked for decide, and springs th
   std::get<Springs>(bent.scene.networks[0]).zero_length = 1.0;
   bent.scene.coupling.scheme = Scheme::automatic;
   CHECK(limit_of(bent).scheme == Scheme::leapfrog);
-  // How far sweeps let a free sheet drape is not known.
+  // The error of a free sheet's draping by sweeps is unknown.
   Net draped = sheet(12, 1e5, 1e5, Held::edge);
   draped.scene.add(Plane{.offset = -2});
   draped.scene.coupling.scheme = Scheme::automatic;
@@ -514,7 +514,7 @@ TEST_CASE("scheme automatic: sub-steps that are asked for decide, and springs th
   draped.scene.coupling.scheme = Scheme::sequential;
   CHECK(limit_of(draped).substeps < 10);
   CHECK(plan_of(draped).explain().find("what lies on a surface drapes further") != std::string::npos);
-  // A plan that is changed keeps its scheme.
+  // A changed plan keeps its scheme.
   Net swept = sheet(12, 1e5, 1e5, Held::edge);
   swept.scene.coupling.scheme = Scheme::automatic;
   Plan<double> plan = plan_of(swept);

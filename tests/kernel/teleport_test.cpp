@@ -1,4 +1,4 @@
-// A state is teleported with all that moves it: it goes on at the new place as it would have gone on at the old one.
+// A teleport carries a state with everything that moves it: the motion continues as at the old place.
 #include <doctest/doctest.h>
 
 #include <array>
@@ -27,7 +27,7 @@ using test::Layout;
 
 constexpr std::size_t rows = 9, columns = 12;
 
-// A teleport about the y axis, along which gravity acts, by plain cosines.
+// A teleport that turns about the y axis, the direction of gravity, with plain cosines.
 struct Way {
   Vec3 translation{};
   double angle = 0;  // rad
@@ -50,7 +50,7 @@ struct Way {
 const std::vector<Way> near_ways{{{100, 0, -30}, 0}, {{100, 0, -30}, 2.1}};
 const std::vector<Way> far_ways{{{1e6, 50, 0}, 0}, {{-1e6, 50, 2e5}, -1.3}};
 
-// x, y, z, vx, vy, vz of particle after particle, carried.
+// The values x, y, z, vx, vy, vz of each particle in turn, carried.
 std::vector<double> carried(std::vector<double> values, const Way& way) {
   for (std::size_t i = 0; i < values.size(); i += 6) {
     const Vec3 x = way.place({values[i], values[i + 1], values[i + 2]});
@@ -78,7 +78,7 @@ std::vector<double> values_of(const State<T>& state) {
   return values;
 }
 
-// The largest difference of two of these states' velocities, m/s, and of the ways between neighbours in memory, m.
+// The largest difference of the velocities, m/s, and of the vectors between neighbours in memory, m.
 double apart_in_speed_and_shape(const std::vector<double>& a, const std::vector<double>& b) {
   double most = 0;
   for (std::size_t i = 0; i < a.size(); ++i) {
@@ -91,7 +91,7 @@ double apart_in_speed_and_shape(const std::vector<double>& a, const std::vector<
   return most;
 }
 
-// A sheet whose first row, a ball below and a skin about its lower half follow motion 0, which walks, turns and sways by keys.
+// A sheet with pins, a ball and a skin about its lower half on motion 0, which walks, turns and sways by keys.
 struct Character {
   Joined joined = test::sheet(rows, columns, 400);
   std::vector<std::size_t> pins, skinned;
@@ -129,7 +129,7 @@ struct Character {
   }
 };
 
-// Whether a program tells where to go before the teleport or after it, in the frame that has one.
+// Whether a program gives its targets before or after the teleport, in the frame that has one.
 enum class Told { before, after };
 
 struct Teleport {
@@ -138,7 +138,7 @@ struct Teleport {
   Told told = Told::after;
 };
 
-// The values after so many frames; drive(plan, frame, way): what a program asks at each of them, where the way has led.
+// The values after `frames` frames. drive(plan, frame, way) sets a program's targets; `way` is the teleport so far.
 template <class T, class Drive>
 std::vector<double> run(const Joined& scene, std::size_t frames, const Teleport& teleport, const Drive& drive,
                         const Options& options = {}, Layout layout = Layout::soa) {
@@ -191,17 +191,17 @@ TEST_CASE("teleport: what keys move goes on at the new place as at the old one, 
       const auto off = [&](std::size_t frame, const Way& way) {
         return apart_in_speed_and_shape(carried(stays, way), run<double>(scene, 14, {frame, way}, by_keys));
       };
-      // Places are rounded by 1.4e-14 and 1.2e-10 m there, which springs at 400 N/m on 1 g turn into velocities.
+      // Places there are rounded by 1.4e-14 and 1.2e-10 m. Springs of 400 N/m on 1 g turn that into velocities.
       CHECK(off(7, near_ways[0]) < 1e-8);
       CHECK(off(7, near_ways[1]) < 1e-8);
-      CHECK(off(0, near_ways[1]) < 1e-8);  // before anything has moved it
+      CHECK(off(0, near_ways[1]) < 1e-8);  // before any motion
       CHECK(off(7, far_ways[0]) < 1e-4);
       CHECK(off(7, far_ways[1]) < 1e-4);
     }
   }
 }
 
-// Where the character is when a frame begins, m.
+// m: the character's place at the start of a frame.
 Vec3 place_at(std::size_t frame) {
   const double t = static_cast<double>(frame) / 60;
   return {1.5 * t, 0.02 * std::sin(9 * t), 0.4 * t * t};
@@ -262,7 +262,7 @@ TEST_CASE("teleport: it takes any layout, and compensated states 1000 km away") 
   }
   const Options compensated{.rounding = Rounding::compensated};
   const auto as_float = run<float>(scene, 8, {.frame = 8}, by_keys, compensated);
-  // Residuals hold places there to 3.6e-9 m.
+  // Residuals resolve places there to 3.6e-9 m.
   const auto far = run<float>(scene, 8, {4, far_ways[1]}, by_keys, compensated);
   CHECK(apart_in_speed_and_shape(carried(as_float, far_ways[1]), far) < 2e-3);
   const auto in_float = run<float>(scene, 8, {.frame = 8}, by_keys);
@@ -327,7 +327,7 @@ TEST_CASE("teleport: places counted from an origin far away keep what float32 ha
     const Pose by{.translation = {home[0] - home[2], 0, home[2] + home[0]}, .rotation = {0, quarter, 0}};
     REQUIRE(plan.teleport(batch.view(), by).has_value());
   }
-  // Twice a quarter is a half.
+  // Two quarter turns make a half turn.
   for (std::size_t i = 0; i < 2; ++i) {
     CHECK(batch.view().x[0][i] == doctest::Approx(-x[i][0]).epsilon(1e-6));
     CHECK(batch.view().x[1][i] == static_cast<float>(x[i][1]));

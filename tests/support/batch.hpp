@@ -1,4 +1,4 @@
-// Particles in every layout, with sentinels in every byte that no step may touch.
+// Particles in every layout, with sentinels in every byte that a step must not touch.
 #pragma once
 
 #include <array>
@@ -44,7 +44,7 @@ class Batch {
 
   [[nodiscard]] State<T>& view() noexcept { return view_; }
 
-  // Every byte that belongs to no column holds what it held.
+  // Returns true if every byte outside the columns is unchanged.
   [[nodiscard]] bool is_clean() const noexcept {
     for (std::size_t b = 0; b < memory_.size(); ++b) {
       if (is_ours_[b] == 0 && memory_[b] != sentinel) return false;
@@ -89,7 +89,7 @@ class Batch {
   State<T> view_;
 };
 
-// x, y, z, vx, vy, vz of particle after particle.
+// The values x, y, z, vx, vy, vz of each particle in turn.
 template <class T>
 std::vector<T> values_of(const State<T>& state) {
   std::vector<T> values;
@@ -101,7 +101,7 @@ std::vector<T> values_of(const State<T>& state) {
   return values;
 }
 
-// Bit by bit: a NaN equals itself, 0 and -0 differ. Empty where all are alike, else where the first difference is.
+// Compares bit by bit: a NaN equals itself, 0 and -0 differ. Empty if all agree, otherwise the place of the first difference.
 template <class T>
 std::string difference(const std::vector<T>& a, const std::vector<T>& b) {
   if (a.size() != b.size()) return std::to_string(a.size()) + " and " + std::to_string(b.size()) + " values";

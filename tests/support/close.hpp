@@ -1,5 +1,5 @@
-// Whether a number is another one but for a relative error. doctest::Approx adds one to the scale of its bound, so that every
-// expected value that is small against the bound passes, whatever was computed.
+// Compares two numbers up to a relative error. doctest::Approx adds one to the scale of its bound, and so accepts any value if
+// the expected one is small against the bound.
 #pragma once
 
 #include <cmath>
@@ -7,7 +7,7 @@
 
 namespace dvdx::test {
 
-// True where |value - expected| <= bound |expected|; an expected 0 takes 0 alone. Printed by a CHECK that fails.
+// True if |value - expected| <= bound |expected|; an expected 0 accepts 0 only. A failing CHECK prints it.
 struct Closeness {
   double value, expected, bound;
 

@@ -1,4 +1,4 @@
-// For tests that hold instruction sets against each other.
+// For tests that compare instruction sets.
 #pragma once
 
 #include <doctest/doctest.h>
@@ -7,8 +7,8 @@
 
 namespace dvdx::test {
 
-// Whether there is an instruction set to hold against the reference. Every x86-64 and every AArch64 machine has one, and the
-// test fails where it is not there; on another machine the test says that it has nothing to compare.
+// Returns true if there is an instruction set to compare with the reference. Every x86-64 and every AArch64 machine has one,
+// and the test fails if it is missing there. On another machine the test reports that it compares nothing.
 inline bool has_several_isas(Arithmetic arithmetic = Arithmetic::separate) {
   const bool has = available_isas(arithmetic).size() > 1;
 #if defined(__x86_64__) || defined(__aarch64__)

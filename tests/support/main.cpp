@@ -1,5 +1,5 @@
-// Runs the tests, and fails where a selection selects nothing: each pattern of --test-case, --source-file, --test-suite and of
-// what they exclude must match a test case, so that no renamed file or case leaves a stage with less than it names.
+// Runs the tests. Fails if a selection selects nothing: each pattern of --test-case, --source-file, --test-suite and of their
+// exclusions must match a test case. A renamed file or case can then not silently shrink a stage.
 #define DOCTEST_CONFIG_IMPLEMENT
 #include <doctest/doctest.h>
 
@@ -12,7 +12,7 @@
 
 namespace {
 
-// Keeps the number of test cases that a query finds.
+// Stores the number of test cases that a query finds.
 class Count final : public doctest::IReporter {
  public:
   explicit Count(const doctest::ContextOptions& /*options*/) {}
@@ -34,7 +34,7 @@ unsigned Count::found = 0;
 REGISTER_REPORTER("count", 0, Count);
 
 struct Filter {
-  std::string_view option, abbreviation, includes;  // an option that excludes must match what `includes` finds
+  std::string_view option, abbreviation, includes;  // a pattern that excludes must match something by `includes`
 };
 constexpr std::array<Filter, 6> filters{{{"test-case", "tc", "test-case"},
                                          {"test-case-exclude", "tce", "test-case"},
@@ -45,10 +45,10 @@ constexpr std::array<Filter, 6> filters{{{"test-case", "tc", "test-case"},
 
 struct Selection {
   const Filter* filter;
-  std::string patterns;  // separated by commas; \, is a comma of a pattern
+  std::string patterns;  // separated by commas; \, is a comma within a pattern
 };
 
-// Arguments are -tc=..., --tc=..., -test-case=... and so on, also with doctest's prefix dt-.
+// Accepts -tc=..., --tc=..., -test-case=... and so on, also with doctest's prefix dt-.
 std::vector<Selection> selections_of(int argc, const char* const* argv) {
   std::vector<Selection> found;
   for (int i = 1; i < argc; ++i) {
@@ -104,7 +104,7 @@ bool selects_nothing(int argc, const char* const* argv) {
 
 }  // namespace
 
-// LLVM's OpenMP keeps its memory of a thread of the caller's that has ended until the process ends.
+// LLVM's OpenMP keeps its memory for a finished caller's thread until the process ends.
 extern "C" const char* __lsan_default_suppressions() { return "leak:libomp.so"; }
 
 int main(int argc, char** argv) { return selects_nothing(argc, argv) ? 2 : doctest::Context(argc, argv).run(); }

@@ -1,4 +1,4 @@
-// How near a test came to its bounds, over many comparisons that are checked as one.
+// The margin of a test: the largest use of its bounds over many comparisons that are checked as one.
 #pragma once
 
 #include <cmath>
@@ -7,7 +7,7 @@
 
 namespace dvdx::test {
 
-// The largest error over what is allowed for it, and where it was seen. An error that is not a number stays the worst.
+// The largest ratio of an error to its bound, and its place. A NaN stays the worst.
 class Margin {
  public:
   template <class Where>

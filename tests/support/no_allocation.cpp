@@ -30,7 +30,7 @@ void* operator new(std::size_t bytes) { return counted(bytes, 16); }
 void* operator new(std::size_t bytes, std::align_val_t alignment) {
   return counted(bytes, static_cast<std::size_t>(alignment));
 }
-// Not inlined: g++ would see free() of what operator new gave.
+// Not inlined: g++ would warn of free() for memory from operator new.
 [[gnu::noinline]] void operator delete(void* p) noexcept { std::free(p); }
 [[gnu::noinline]] void operator delete(void* p, std::size_t) noexcept { std::free(p); }
 [[gnu::noinline]] void operator delete(void* p, std::align_val_t) noexcept { std::free(p); }
@@ -85,7 +85,7 @@ TEST_CASE_TEMPLATE("no scene whose particles are joined allocates in a step", T,
     test::Joined held = sheet;
     held.scene.add(Constraint(Distance{.pairs = {{40, 41}, {41, 42}, {60, 80}}}));
     std::vector<test::Joined> all{sheet, test::as_list(sheet), held};
-    if (scheme != Scheme::accumulate) {  // by its own method, exact, it takes no contacts
+    if (scheme != Scheme::accumulate) {  // with its own method, exact, it takes no contacts
       all.push_back(sheet);
       all.back().scene.add(Plane{.normal = {0, 1, 0}, .offset = -0.005, .friction = 0.2});
     }

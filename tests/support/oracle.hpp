@@ -1,4 +1,4 @@
-// Reads the closed-form answers in tests/oracles: comma-separated, one header line, numbers of more digits than a double has.
+// Reads the closed-form results in tests/oracles: comma-separated, one header line, numbers with more digits than a double.
 #pragma once
 
 #include <cstddef>
@@ -31,7 +31,7 @@ class Oracle {
   class Row {
    public:
     Row(const Oracle& oracle, std::size_t index) : oracle_(&oracle), index_(index) {}
-    // A column is found by the first one whose name starts with `name`. Text that is no number is an error.
+    // Finds the first column whose name starts with `name`, if none is equal to it. Text that is not a number is an error.
     [[nodiscard]] const std::string& text(const std::string& name) const {
       return oracle_->rows_[index_][oracle_->column(name)];
     }
@@ -61,7 +61,7 @@ class Oracle {
     for (std::string part; std::getline(in, part, separator);) parts.push_back(part);
     return parts;
   }
-  // strtod reads 1e-4000 as 0, which is what it is here.
+  // strtod reads 1e-4000 as 0, which is intended here.
   static double number(const std::string& text) {
     char* end = nullptr;
     const double value = std::strtod(text.c_str(), &end);

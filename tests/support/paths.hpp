@@ -1,4 +1,4 @@
-// Where the tests find what is not code. Defined in one file, so that a clone in another place compiles the others alike.
+// The places of the tests' data files. Defined in one source file, so that a clone in another folder compiles all others alike.
 #pragma once
 
 #include <string>
@@ -9,6 +9,6 @@ namespace dvdx::test {
 [[nodiscard]] std::string scenes();   // the folder of the shipped scenes
 [[nodiscard]] std::string schema();   // the JSON Schema of scenes
 [[nodiscard]] std::string command();  // the program dvdx
-[[nodiscard]] std::string mpirun();   // that starts it on many ranks; empty where it was built without MPI
+[[nodiscard]] std::string mpirun();   // starts dvdx on many ranks; empty if built without MPI
 
 }  // namespace dvdx::test

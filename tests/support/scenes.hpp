@@ -1,4 +1,4 @@
-// Scenes that between them reach every flow and every extra pass, and the particles that start in them.
+// Scenes that together reach every flow and every extra pass, and the particles' starts.
 #pragma once
 
 #include <cstddef>
@@ -18,7 +18,7 @@ struct NamedScene {
   double step = 1.0 / 60;  // s
 };
 
-// A number in [0, 1) that depends on nothing but its two keys.
+// A number in [0, 1) that depends on its two keys only.
 [[nodiscard]] double uniform(std::uint64_t stream, std::uint64_t index) noexcept;
 
 // For `count` particles: a scene for every flow, forces of every kind and method, fixed particles.
@@ -26,7 +26,7 @@ struct NamedScene {
 
 [[nodiscard]] NamedScene with(NamedScene scene, StepFeatures features);
 
-// Every affine scene as it is, and a scene for every flow with contacts, radial springs and both.
+// Every affine scene unchanged, and for every flow a scene with contacts, with radial springs and with both.
 [[nodiscard]] std::vector<NamedScene> all_scenes(std::size_t count);
 
 // Positions within 1.2 m of the origin, velocities up to 3 m/s, each rounded once.

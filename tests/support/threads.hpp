@@ -1,4 +1,4 @@
-// A parallel_for on plain threads, which wait for its next call.
+// A parallel_for on plain threads that wait for its next call.
 #pragma once
 
 #include <atomic>
@@ -10,7 +10,7 @@
 
 namespace dvdx::test {
 
-// Workers tell one another nothing: only the caller waits for them, so that a thread sanitizer sees every race of theirs.
+// Workers do not synchronise with one another; only the caller waits for them. A thread sanitizer then sees every race.
 class Threads {
  public:
   using Prologue = void (*)();

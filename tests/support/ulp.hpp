@@ -24,7 +24,7 @@ double epsilons(T value, double exact, double scale) noexcept {
          (std::abs(scale) * static_cast<double>(std::numeric_limits<T>::epsilon()));
 }
 
-// The largest value seen, and their root mean square.
+// The largest value seen, and the root mean square of all.
 class Worst {
  public:
   void see(double value) noexcept {

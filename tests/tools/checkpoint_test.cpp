@@ -1,4 +1,4 @@
-// A run that is stopped and goes on: the same bits and the same files as one that never was.
+// A run that stops and resumes: the same bits and files as a run that never stopped.
 #include <doctest/doctest.h>
 #include <fcntl.h>
 #include <sys/wait.h>
@@ -35,7 +35,7 @@ struct Small {
   std::string text;
 };
 
-// A scene of one kind each, of `steps` steps.
+// One small scene of each kind, of `steps` steps.
 std::vector<Small> small_scenes() {
   const std::string head = R"({"format": "dvdx-scene/1", "name": "small", "step": 0.0078125, "duration": 0.46875, )";
   const std::string gravity = R"({"type": "constant", "acceleration": [0, -9.81, 0]})";
@@ -101,7 +101,7 @@ std::vector<Small> small_scenes() {
   };
 }
 
-// Scenes in a folder, and what runs of them that were never stopped came to.
+// A folder with the scenes, in which uninterrupted runs and their reports are compared.
 class Folder : public ScratchFolder {
  public:
   explicit Folder(const std::string& name) : ScratchFolder("checkpoint-" + name) {
@@ -112,7 +112,7 @@ class Folder : public ScratchFolder {
   dvdx::test::CommandResult command(const std::string& arguments) const {
     return run(*this, arguments, "DVDX_VIEWER='" + viewer_.path().string() + "'");
   }
-  // --json of a run that must be done.
+  // The --json report of a run that must succeed.
   json done(const std::string& arguments) const {
     const auto result = command(arguments + " --json");
     CAPTURE(arguments);
@@ -120,7 +120,7 @@ class Folder : public ScratchFolder {
     REQUIRE(result.exit == 0);
     return json::parse(result.out);
   }
-  // Every file whose name begins so, by name.
+  // Every file whose name begins with `start`, by the rest of its name.
   std::map<std::string, std::string> files(const std::string& start) const {
     std::map<std::string, std::string> all;
     for (const auto& entry : fs::directory_iterator(path())) {
@@ -137,7 +137,7 @@ class Folder : public ScratchFolder {
   ScratchFolder viewer_{"checkpoint-viewer"};
 };
 
-// The part of a run's report that depends neither on when it ran nor on what.
+// The part of a run's report that depends neither on its time nor on its machine.
 json outcome(const json& report) {
   json same;
   for (const char* key :
@@ -167,7 +167,7 @@ std::string how(Random& random) {
          random.of(isas);
 }
 
-// 120 cases of two commands each, 10 ms or so apiece.
+// 120 cases of two commands each, about 10 ms a command.
 TEST_CASE("a run that goes on from a checkpoint at any step has the bits and the files of one that was never stopped") {
   const Folder folder("any-step");
   const auto scenes = small_scenes();
@@ -194,7 +194,7 @@ TEST_CASE("a run that goes on from a checkpoint at any step has the bits and the
     const std::string key = start + extension;
     const std::string kept = "whole" + std::to_string(std::hash<std::string>{}(key)) + "x";
     if (!whole.contains(key)) whole[key] = folder.done(start + isa_of(how(random)) + " --out " + kept + "." + extension);
-    // One checkpoint, anywhere: another would come after the end. Where calls must end where they do, several.
+    // One checkpoint at any step: another would come after the end. Several if calls must end at given steps.
     const auto step = steps / 2 + 1 + random.below(steps / 2 - 1);
     const bool is_bound = precision == "float32_compensated";
     const auto often = std::to_string(is_bound ? 1 + random.below(9) : step);
@@ -232,7 +232,7 @@ TEST_CASE("a damaged checkpoint is refused with the reason, whatever is wrong wi
   Random random(2);
   for (int n = 0; n < 100; ++n) {
     auto bad = n % 5 == 4 ? states : at;
-    // The checkpoint counts on the first six of the ten states.
+    // The checkpoint covers the first six of the ten states.
     const auto place = random.below(n % 5 == 4 ? bad.size() / 2 : bad.size());
     CAPTURE(n);
     CAPTURE(place);
@@ -303,10 +303,10 @@ TEST_CASE("options that cannot go together, and states that a checkpoint does no
   refused("--checkpoint nowhere/at --checkpoint-every 5", 4, "there is no directory");
   folder.done("run free.json --checkpoint at --checkpoint-every 40");
   refused("--resume at --out a.csv --every 5", 2, "at has none of the states up to step 40");
-  CHECK(folder.command("run free.json --resume at --out a.csv").exit == 0);  // the last state alone
+  CHECK(folder.command("run free.json --resume at --out a.csv").exit == 0);  // the last state only
   folder.done("run free.json --checkpoint at --checkpoint-every 40 --out a.csv --every 7");
   refused("--resume at --out a.csv --every 5", 2, "at has the states of every 7 steps up to step 40");
-  CHECK(folder.command("run free.json --resume at --out a.vtp --every 7").exit == 0);  // any format is made of them
+  CHECK(folder.command("run free.json --resume at --out a.vtp --every 7").exit == 0);  // any format can be made from them
 }
 
 TEST_CASE("a checkpoint that cannot be written ends the run with the reason, and the one before stays") {
@@ -321,7 +321,7 @@ TEST_CASE("a checkpoint that cannot be written ends the run with the reason, and
   CHECK(folder.files(".at").empty());
 }
 
-// The command by itself, ended by SIGKILL after so long.
+// Runs the command as a process of its own and ends it by SIGKILL after `time`.
 int killed_after(const ScratchFolder& folder, std::vector<std::string> arguments, std::chrono::milliseconds time) {
   arguments.insert(arguments.begin(), dvdx::test::command());
   std::vector<char*> pointers;
@@ -344,7 +344,7 @@ TEST_CASE("a run that is killed at any moment, again and again, comes to the sam
   const Folder folder("killed");
   for (const std::string scene : {"sweeps that carry on", "come and go"}) {
     CAPTURE(scene);
-    // Some tenths of a second.
+    // The run takes some tenths of a second.
     const std::string what = "run '" + scene + ".json' --duration 100 --every 100";
     const auto whole = outcome(folder.done(what + " --out whole.csv"));
     const std::vector<std::string> arguments{

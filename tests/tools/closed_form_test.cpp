@@ -1,4 +1,4 @@
-// The report's own reference against answers of 20 digits that came from elsewhere.
+// The report's reference, compared with external results of 20 digits.
 #include "closed_form/closed_form.hpp"
 
 #include <doctest/doctest.h>
@@ -17,8 +17,8 @@ using dvdx::tool::AxisState;
 using dvdx::tool::BounceEquation;
 using dvdx::tool::solve;
 
-// Largest error over a file, relative to the size of the motion: of the position, and of the velocity over the speed that
-// belongs to it.
+// The largest error over a file: that of the position relative to the size of the motion, that of the velocity relative to the
+// corresponding speed.
 struct Worst {
   double error = 0;
   void take(long double value, double expected, double scale) {
@@ -39,7 +39,7 @@ TEST_CASE("linear motion in closed form") {
     worst.take(end.x + c, row["x_m"], 1);
     worst.take(end.v, row["v_m_s"], 1);
   }
-  CHECK(worst.error < 3e-14);  // where 1e5 radians have gone by; a phase has no more digits
+  CHECK(worst.error < 3e-14);  // after 1e5 radians; a phase has no more digits
 }
 
 TEST_CASE("forced motion in closed form, at resonance and beside it") {
@@ -199,15 +199,15 @@ dvdx::tool::SceneFile balls(std::vector<dvdx::Vec3> x, std::vector<dvdx::Vec3> v
 }
 
 TEST_CASE("two balls meet once, share their momentum, and friction takes no more than stops their slide") {
-  // The heavier one comes from the left, half a diameter beside the other's middle: the normal is at 30 degrees.
+  // The heavier ball comes from the left, half a diameter off the other's centre line: the normal is at 30 degrees.
   auto file = balls({{-2, 0, 0}, {0, 0.5, 0}}, {{4, 0, 0}, {0, 0, 0}}, {.radius = 0.5, .restitution = 0.5});
   file.scene.mass = std::vector<double>{3, 1};
   file.scene.add(dvdx::Constant{.acceleration = {0, -2, 0}});
   REQUIRE(closed_form_of(file) == dvdx::tool::ClosedForm::balls);
   const double hit = (2 - std::sqrt(0.75)) / 4;
-  const double c = std::sqrt(0.75), s = 0.5;            // the normal, from the first to the second
+  const double c = std::sqrt(0.75), s = 0.5;            // the normal, from the first ball to the second
   const double pulse = 1.5 * 4 * c / (1.0 / 3 + 1);     // kg m/s
-  const auto check = [&](double rub_x, double rub_y) {  // of the first, m/s, and three times as much of the second
+  const auto check = [&](double rub_x, double rub_y) {  // m/s, of the first; three times as much of the second
     const double t = 1.25;
     const auto first = exact_state(file, 0, t);
     const auto second = exact_state(file, 1, t);
@@ -220,7 +220,7 @@ TEST_CASE("two balls meet once, share their momentum, and friction takes no more
     CHECK(is_close(static_cast<double>(second[1].v), pulse * s - 3 * rub_y - 2 * t, 1e-14));
   };
   check(0, 0);
-  const double slide = 4 * s;  // of the first against the second, along (s, -c)
+  const double slide = 4 * s;  // speed of the first ball against the second, along (s, -c)
   file.scene.meet->friction = 0.1;
   check(-0.1 * pulse / 3 * s, 0.1 * pulse / 3 * c);
   file.scene.meet->friction = 9;

@@ -1,5 +1,5 @@
-// The files that the command reads and writes, and how it names them: none that it reads is written over, none has no end, and
-// no name is obeyed by a terminal.
+// Files that the command reads and writes: it never overwrites an input, never reads an endless file, and never sends a name's
+// control characters to a terminal.
 #include <doctest/doctest.h>
 #include <sys/stat.h>
 
@@ -70,8 +70,8 @@ TEST_CASE("--out refuses a series one frame of which the scene is read from") {
   REQUIRE(run(folder, "run scene.json --every 1 --out a.ply").exit == 0);  // a-000000.ply to a-000004.ply
   const auto frame = folder.read("a-000003.ply");
   const std::string again = "run scene.json --set particles.position.file=a-000003.ply --out a.ply --every ";
-  CHECK(run(folder, again + "1").exit == 2);  // which would replace it
-  CHECK(run(folder, again + "0").exit == 2);  // which would remove it, as a frame of a longer series
+  CHECK(run(folder, again + "1").exit == 2);  // it would replace the input
+  CHECK(run(folder, again + "0").exit == 2);  // it would remove the input, as a frame of a longer series
   CHECK(folder.read("a-000003.ply") == frame);
 }
 
@@ -122,7 +122,7 @@ TEST_CASE("a pipe or a device is no scene and no file of one") {
 TEST_CASE("a file that is larger than any scene is refused before it is read, with the limit") {
   const FilesFolder folder("large");
   folder.write("large.json", "");
-  fs::resize_file(folder / "large.json", scene_limit.bytes + 1);  // of which the disk holds nothing
+  fs::resize_file(folder / "large.json", scene_limit.bytes + 1);  // sparse: the disk stores nothing of it
   const auto result = run(folder, "explain large.json");
   CHECK(result.exit == 4);
   CHECK(contains(result.err, "it is larger than 256 MiB"));
@@ -213,7 +213,7 @@ TEST_CASE("escape sequences in a scene or a file's name are shown in text, and k
   CHECK(nlohmann::json::parse(json.out)["scene"] == name);
 }
 
-// Numbers as they are written in half of Europe, for all streams made while one lives.
+// A locale with decimal commas, for all streams made during its lifetime.
 class CommaLocale {
  public:
   CommaLocale() : before_(std::locale::global(std::locale(std::locale::classic(), new Comma))) {}

@@ -1,4 +1,4 @@
-// Folders with a scene in which the command runs.
+// Folders with a scene, as working directories of the command.
 #pragma once
 
 #include <nlohmann/json.hpp>

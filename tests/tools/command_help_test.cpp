@@ -35,7 +35,7 @@ TEST_CASE("explain and info tell what they are asked") {
   CHECK_FALSE(info["version"].get<std::string>().empty());
 }
 
-// The commands that `dvdx --help` lists after "Subcommands:", a line each: two spaces, the name, what it does.
+// The commands listed by `dvdx --help` after "Subcommands:", one a line: two spaces, the name, a description.
 std::vector<std::string> subcommands(const std::string& help) {
   const std::string heading = "Subcommands:\n";
   REQUIRE(help.find(heading) != std::string::npos);

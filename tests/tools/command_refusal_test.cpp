@@ -1,4 +1,4 @@
-// The command refuses what is wrong, each by its exit status.
+// The command refuses wrong input, with a specific exit status for each kind.
 #include <doctest/doctest.h>
 
 #include <cstdio>

@@ -1,4 +1,4 @@
-// dvdx run: what it prints.
+// dvdx run: its output on the terminal.
 #include <doctest/doctest.h>
 
 #include <cstdio>
@@ -103,7 +103,7 @@ TEST_CASE("the state does not depend on layout, threads or instruction set, but 
   CHECK(hash_of(folder, "--precision float64") != hash);
   const auto all_euler = hash_of(folder, "--method symplectic_euler");
   CHECK(all_euler != hash);
-  // --method replaces each force's own as well.
+  // --method also replaces each force's own method.
   CHECK(hash_of(folder, "--method exact") == hash_of(folder, "--set forces[0].method=exact --set forces[1].method=exact"));
 }
 

@@ -35,7 +35,7 @@ TEST_CASE("states are written at step 0, every N steps and at the end") {
   CHECK(steps_written("--every 5") == Steps{"0", "5", "10"});
   CHECK(steps_written("--every 100") == Steps{"0", "10"});
   CHECK(steps_written("--every 1 --duration 0") == Steps{"0"});
-  CHECK(steps_written("--fps 2") == Steps{"0", "4", "8", "10"});  // of 8 steps a second
+  CHECK(steps_written("--fps 2") == Steps{"0", "4", "8", "10"});  // at 8 steps a second
   CHECK(steps_written("--fps 3") == Steps{"0", "3", "5", "8", "10"});
   CHECK(steps_written("--fps 1000 --duration 0.25") == Steps{"0", "1", "2"});
 }
@@ -104,14 +104,14 @@ TEST_CASE("where a sheet tears, the files of later states have fewer faces") {
                 "mass": 0.036, "structural": 20, "fixed": ["edge_top"], "tears_at": 1.02}})");
   const auto result = run(folder, "run tear.json --json --out sheet.vtp --every 50");
   REQUIRE(result.exit == 0);
-  CHECK(json::parse(result.out)["torn"] == 6);  // a row of them
+  CHECK(json::parse(result.out)["torn"] == 6);  // a whole row
   CHECK(folder.read("sheet-000000.vtp").find("NumberOfPolys=\"25\"") != std::string::npos);
   CHECK(folder.read("sheet-000002.vtp").find("NumberOfPolys=\"20\"") != std::string::npos);
   CHECK(run(folder, "run tear.json --out sheet.ply --every 50").exit == 0);
   CHECK(folder.read("sheet-000000.ply").find("element face 25\n") != std::string::npos);
   CHECK(folder.read("sheet-000002.ply").find("element face 20\n") != std::string::npos);
 
-  // They go with the first state whose springs are too long: 0.204 m, of the first row to the second.
+  // Springs are torn in the first state in which they are too long: 0.204 m, from the first row to the second.
   CHECK(run(folder, "run tear.json --out each.vtp --every 1").exit == 0);
   CHECK(run(folder, "run tear.json --out each.csv --every 1").exit == 0);
   std::istringstream lines(folder.read("each.csv"));

@@ -1,4 +1,4 @@
-// dvdx verify and dvdx stability, and meshes through all commands.
+// dvdx verify and dvdx stability, and meshes in all commands.
 #include <doctest/doctest.h>
 
 #include <nlohmann/json.hpp>
@@ -46,7 +46,7 @@ TEST_CASE("verify holds a scene with a network against the reference") {
   CHECK(report["passed"] == true);
   REQUIRE(report["scenes"].size() == 3);
   CHECK(report["scenes"][0]["steps"] == 16);
-  CHECK(report["scenes"][0]["sample"]["particles"] == 30);  // all: each moves the others
+  CHECK(report["scenes"][0]["sample"]["particles"] == 30);  // all: each one influences the others
   const auto& fast = report["scenes"][0]["fast"];
   CHECK(fast["isas"] == report["scenes"][0]["contracted"]["isas"]);
   CHECK(fast["first_step"]["ulps"].get<double>() > 0);
@@ -83,7 +83,7 @@ TEST_CASE("stability runs the cases that it is asked for, and writes what it fou
   CHECK(found["cases"][0]["number"] == 24);
   CHECK(found["cases"][3]["number"] == 25);
   CHECK(found["cases"][3]["precision"] == "float32");
-  // Every instruction set of the machine, and those that fuse once more.
+  // Every instruction set of the machine once, and those with fused operations once more.
   const auto& isas = found["cases"][3]["isas"];
   CHECK(isas.size() >= found["machine"]["isas"].size());
   for (const auto& isa : found["machine"]["isas"]) CHECK(std::count(isas.begin(), isas.end(), isa) == 1);

@@ -18,7 +18,7 @@ using dvdx::test::run;
 using dvdx::test::ScratchFolder;
 using nlohmann::json;
 
-// A ball that rests, one that bounces, and many that fall on both contacts.
+// A resting ball, a bouncing one, and many that fall on both contacts.
 constexpr const char* balls = R"({
   "format": "dvdx-scene/1", "name": "balls", "step": 0.0125, "duration": 1,
   "particles": {"count": 2, "mass": 2, "position": {"values": [[0, 0, 0], [3, 1, 0]]}},
@@ -65,14 +65,14 @@ TEST_CASE("run --json tells of each contact what the particles did to it") {
   const Folder folder("sums");
   const auto contacts = contacts_of(folder, "balls.json --precision float64");
   REQUIRE(contacts.size() == 2);
-  // All that gravity gave in a second but for what the second ball still has.
+  // The impulse is gravity's over a second, less the momentum that the second ball still has.
   CHECK(contacts[0]["hits"].get<int>() >= 2);
   CHECK(contacts[0]["impulse"].size() == 3);
   const double weight = 2 * 9.81;
   const double down = -contacts[0]["impulse"][1].get<double>();
   CHECK(down > 1.5 * weight);
   CHECK(down < 2.5 * weight);
-  // The first ball lies at the origin: the torque is the second's, 3 m away.
+  // The first ball lies at the origin, so the torque is that of the second one, 3 m away.
   CHECK(is_close(-contacts[0]["torque_impulse"][2].get<double>(), 3 * (down - weight), 1e-12));
   CHECK(contacts[1] == json::parse(R"({"hits": 0, "impulse": [0.0, 0.0, 0.0], "torque_impulse": [0.0, 0.0, 0.0]})"));
 }
@@ -136,7 +136,7 @@ TEST_CASE("--events is a .csv of its own, which is there whole or not at all") {
   CHECK(source.err.find("--events points.csv: ") != std::string::npos);
   CHECK(run(folder, "run balls.json --events missing/e.csv").exit == 4);
   CHECK(folder.entries() == 4);
-  // Without contacts there is the header alone.
+  // Without contacts the file has only its header.
   CHECK(run(folder, "run from.json --set contacts=[] --events e.csv").exit == 0);
   CHECK(folder.read("e.csv") == "step,time,particle,contact,x,y,z,nx,ny,nz,impulse\n");
 }

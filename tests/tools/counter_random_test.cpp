@@ -15,7 +15,7 @@ namespace counter_random_test {
 
 using Words = std::array<std::uint32_t, 4>;
 
-// The known answers that the generator's authors publish.
+// The reference values published by the generator's authors.
 static_assert(philox4x32({0, 0, 0, 0}, {0, 0}) == Words{0x6627e8d5, 0xe169c58d, 0xbc57ac4c, 0x9b00dbd8});
 static_assert(philox4x32({0xffffffff, 0xffffffff, 0xffffffff, 0xffffffff}, {0xffffffff, 0xffffffff}) ==
               Words{0x408f276d, 0x41c83b0e, 0xa20bc7c6, 0x6d5451fd});

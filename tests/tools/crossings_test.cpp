@@ -1,4 +1,4 @@
-// How often cloth goes through cloth, against every edge and every triangle by a determinant of its own.
+// The number of crossings of cloth by cloth, compared with a separate determinant test of every edge and every triangle.
 #include "watch/crossings.hpp"
 
 #include <doctest/doctest.h>
@@ -54,7 +54,7 @@ std::size_t count_of_all(const std::vector<Vec3>& x, const std::vector<Triangle>
   return count;
 }
 
-// A sheet in the plane y = height, and one that stands in it.
+// A grid of 1 m by 1 m with two columns.
 Grid flat(std::size_t first, std::size_t rows) {
   return Grid{
       .rows = rows, .columns = 2, .first = first, .edge_u = {1, 0, 0}, .edge_v = {0, 0, 1}, .structural = 1, .shear = 1};
@@ -67,7 +67,7 @@ TEST_CASE("an edge goes through a triangle where its ends are on both sides and 
     x.insert(x.end(), {p, q, {5, 5, 5}});
     return count_of(x, {{0, 1, 2}, {3, 4, 5}});
   };
-  // Where two triangles cut each other, two edges go through.
+  // Two edges cross when two triangles intersect.
   CHECK(with({0.2, -1, 0.2}, {0.2, 1, 0.2}) == 2);
   CHECK(with({0.2, 1, 0.2}, {0.2, -1, 0.2}) == 2);
   CHECK(with({0.5, -1, 0.5}, {0.5, 1, 0.5}) == 2);           // through the border
@@ -81,7 +81,7 @@ TEST_CASE("an edge goes through a triangle where its ends are on both sides and 
 }
 
 TEST_CASE("triangles with a common corner do not count") {
-  // The second goes through the first, but from its corner.
+  // The second triangle crosses the first, but from its corner.
   CHECK(count_of({{0, 0, 0}, {1, 0, 0}, {0, 0, 1}, {1, 1, 1}, {1, -1, 1}}, {{0, 1, 2}, {0, 3, 4}}) == 1);
   CHECK(count_of({{0, 0, 0}, {1, 0, 0}, {0, 0, 1}, {1, 1, 1}, {1, -1, 1}, {0, 0.1, 0}}, {{0, 1, 2}, {5, 3, 4}}) == 2);
 }
@@ -103,7 +103,7 @@ TEST_CASE("a cell's side counts, its diagonal does not") {
   CHECK(crossings.longest_side() == 3);
 }
 
-// Two triangles with a common side, of which each has its own ends: one is a little beside the other.
+// Two triangles share a side but not its ends: one side lies slightly beside the other.
 TEST_CASE("cloth that is sewn does not cross itself at the seam") {
   Batch<double> batch(Layout::soa, 6);
   const std::array<Vec3, 6> at{{{0, 0, 0}, {1, 0, 0}, {0.5, 1, 0.3}, {0, 0.01, 0.01}, {1, 0, -0.01}, {0.5, 0.3, 1}}};
@@ -114,7 +114,7 @@ TEST_CASE("cloth that is sewn does not cross itself at the seam") {
   CHECK(Crossings(triangles).count(batch.view()) > 0);
   const std::vector<dvdx::Pair> seam{{3, 0}, {4, 1}};
   CHECK(Crossings(triangles, seam).count(batch.view()) == 0);
-  const std::vector<dvdx::Pair> around{{5, 4}, {3, 5}};  // none of them is the other triangle's
+  const std::vector<dvdx::Pair> around{{5, 4}, {3, 5}};  // none of them belongs to the other triangle
   CHECK(Crossings(triangles, around).count(batch.view()) > 0);
 }
 
@@ -130,7 +130,7 @@ TEST_CASE("sides of cells count by what they are at other places") {
   const std::array<Vec3, 4> at_start{{{0, 0, 0}, {2, 0, 0}, {0, 4, 0}, {0, 2, 0}}};
   crossings.measure_by([&](std::uint32_t i) { return at_start[i]; });
   CHECK(crossings.count(batch.view()) == 0);
-  CHECK(crossings.longest_side() == 1.5);  // of the second one, though the first one's is longer
+  CHECK(crossings.longest_side() == 1.5);  // the second sheet's, although the first one's is longer
 }
 
 TEST_CASE("of random triangles, small ones among long ones, the tree finds every crossing") {

@@ -1,4 +1,4 @@
-// How particles are shared out among ranks, by counting: formulas against lists, and what METIS gains.
+// The distribution of particles over ranks, by counting: formulas compared with lists, and the gain by METIS.
 #include "ranks/cut.hpp"
 
 #include <doctest/doctest.h>
@@ -67,7 +67,7 @@ TEST_CASE("blocks are those that cut fewest springs") {
   Grid grid{.rows = 100, .columns = 400, .structural = 1};
   CHECK(best_blocks(grid, 4) == std::array<std::uint64_t, 2>{1, 4});
   CHECK(best_blocks(grid, 16) == std::array<std::uint64_t, 2>{2, 8});
-  CHECK(!best_blocks(grid, 499).has_value());  // prime, and more than either side
+  CHECK(!best_blocks(grid, 499).has_value());  // a prime larger than either side
 }
 
 TEST_CASE("METIS cuts a sheet whose particles are numbered at random by far less than their numbers do, and evenly") {
@@ -81,7 +81,7 @@ TEST_CASE("METIS cuts a sheet whose particles are numbered at random by far less
     b = number[b];
   }
   const auto owner = owners_by_metis(pairs, 1600, 8);
-  if (!owner) return;  // built without it
+  if (!owner) return;  // built without METIS
   std::vector<std::uint32_t> by_number(1600);
   for (std::uint32_t i = 0; i < 1600; ++i) by_number[i] = i / 200;
   const Cut metis = cut_of_pairs(pairs, *owner, 8), numbers = cut_of_pairs(pairs, by_number, 8);

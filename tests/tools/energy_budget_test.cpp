@@ -1,4 +1,4 @@
-// The energy that forces can have given a scene's particles, against motions that are known, and what a run says of it.
+// The energy that forces can have given a scene's particles, compared with known motions, and a run's messages about it.
 #include "watch/energy_budget.hpp"
 
 #include <doctest/doctest.h>
@@ -21,7 +21,7 @@ using namespace dvdx;
 using namespace dvdx::tool;
 using dvdx::test::is_close;
 
-// Two particles of 2 kg on a spring of 50 N/m, 1 m long, with 1 m/s across it.
+// Two particles of 2 kg on a spring of 50 N/m and 1 m, moving at 1 m/s across it.
 SceneFile pair_of(std::vector<Force> forces, double distance = 1) {
   SceneFile file{.path = {}, .name = {}, .about = {}, .particles = {}, .scene = {}};
   file.step = 1e-3;
@@ -36,7 +36,7 @@ SceneFile pair_of(std::vector<Force> forces, double distance = 1) {
 
 struct Run {
   double kinetic = 0, given = 0, share = 0;
-  double energy_gained = 0;  // by the state itself: what `energy` says
+  double energy_gained = 0;  // by the state itself, as `energy` computes it
 };
 
 Run run_of(const SceneFile& file, std::uint64_t steps, std::uint64_t every) {
@@ -73,7 +73,7 @@ TEST_CASE("energy: a torn spring stores none, of a grid and of a list") {
   Soa<double> of_sheet(4);
   State<double> stretched = of_sheet.view();
   place_at_start(sheet, stretched);
-  const double diagonals = (std::sqrt(5.0) - std::sqrt(2.0)) * (std::sqrt(5.0) - std::sqrt(2.0));  // both, of 2 N/m, halved
+  const double diagonals = (std::sqrt(5.0) - std::sqrt(2.0)) * (std::sqrt(5.0) - std::sqrt(2.0));  // both, at 2 N/m, halved
   CHECK(is_close(energy(sheet, stretched), 0.5 * 8 * 2 + 2 * diagonals, 1e-12));
   std::get<Grid>(sheet.scene.networks[0]).broken = {{0, 1}, {2, 1}};
   CHECK(is_close(energy(sheet, stretched), 0.5 * 8 + diagonals, 1e-12));
@@ -90,7 +90,7 @@ TEST_CASE("energy budget: a falling pair moves with what gravity gave, however f
 TEST_CASE("energy budget: a stretched spring counts, and may take back what it has given") {
   const auto file = pair_of({Constant{.acceleration = {0, -10, 0}}}, 1.5);
   const auto run = run_of(file, 500, 20);
-  CHECK(std::abs(run.energy_gained) < 1e-3);  // gravity's potential falls as far as the rest rises
+  CHECK(std::abs(run.energy_gained) < 1e-3);  // gravity's potential falls by as much as the rest rises
   CHECK(is_close(run.given, 2.0 + 0.5 * 50 * 0.25 + 4 * 10 * 1.25, 1e-6));  // 1.25 m in half a second
   CHECK(run.share > 0.9);
   CHECK(run.share <= 1 + 1e-9);
@@ -139,7 +139,7 @@ TEST_CASE("energy budget: what is no number, and what rounding may move") {
   auto state = memory.view();
   place_at_start(file, state);
   EnergyBudget budget(file, state);
-  state.v[0][1] = 1e-4;  // a tenth of a thousand roundings of 1 m in a millisecond
+  state.v[0][1] = 1e-4;  // a tenth of a thousand roundings of 1 m within a millisecond
   budget.look(state);
   CHECK(budget.share() == 0);
   state.v[0][1] = 10;
@@ -179,7 +179,7 @@ TEST_CASE("energy budget: near its limit a scheme may swing") {
   CHECK(is_close(most_share(limit, 0.2), 1.3, 1e-12));
 }
 
-// A sheet at rest that the wind takes along: all that it moves with comes from the air.
+// A sheet at rest that the wind carries along: all its motion comes from the air.
 TEST_CASE("energy budget: what the wind gives cloth is counted, however soon it is given") {
   for (const double density : {0.1, 1.2, 1000.0}) {
     SceneFile file;
@@ -206,12 +206,12 @@ TEST_CASE("energy budget: what the wind gives cloth is counted, however soon it 
       budget.look(state);
       most = std::max(most, budget.share());
     }
-    CHECK(most > 5e-4);  // of a bound that is far above where the air is dense
+    CHECK(most > 5e-4);  // share of a bound that is far too high where the air is dense
     CHECK(most <= 1.05);
   }
 }
 
-// 32 x 32 particles held by two corners, in steps that are far too coarse for their springs.
+// 32 x 32 particles held by two corners, in steps far too coarse for their springs.
 constexpr const char* sheet = R"({
   "format": "dvdx-scene/1", "name": "sheet", "step": 0.016666666666666666, "duration": 4,
   "network": {"type": "grid", "rows": 32, "columns": 32, "origin": [0, 0, 0], "edge_u": [2, 0, 0], "edge_v": [0, 0, 2],

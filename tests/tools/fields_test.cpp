@@ -1,4 +1,4 @@
-// The fields that dvdx/fields.hpp describes, as the schema of scenes, the docs and Python have them.
+// The fields described by dvdx/fields.hpp, compared with the schema of scenes, the docs and Python.
 #include "dvdx/fields.hpp"
 
 #include <doctest/doctest.h>
@@ -123,7 +123,7 @@ std::string flat(const Json& json) {
   return json.is_object() ? "{" + text + "}" : "[" + text + "]";
 }
 
-// As many members to a line of 128 columns as it holds, where each is of one line.
+// Packs as many one-line members as fit into a line of 128 columns.
 std::string laid_out(const Json& json, std::size_t indent, std::size_t column) {
   constexpr std::size_t width = 128;
   const std::string whole = flat(json);

@@ -1,4 +1,4 @@
-// Which steps of a run are written.
+// The selection of a run's steps that are written.
 #include "output/frames.hpp"
 
 #include <doctest/doctest.h>
@@ -13,7 +13,7 @@ using dvdx::tool::Frames;
 using dvdx::tool::frames_a_second;
 using Steps = std::vector<std::uint64_t>;
 
-// As a run asks: step by step, from the start to the end.
+// The steps written when asked as a run asks: step by step, from the start to the end.
 Steps written(const Frames& frames, std::uint64_t steps) {
   Steps all;
   if (!frames.is_last_alone() && steps > 0) all.push_back(0);
@@ -41,7 +41,7 @@ TEST_CASE("states a second stand at the nearest steps, at most one a step") {
   CHECK(written(frames_a_second(30, 0.01), 10) == Steps{0, 3, 7, 10});
   CHECK(written(frames_a_second(24, -0.01), 10) == Steps{0, 4, 8, 10});
   CHECK(written(frames_a_second(1000, 0.01), 3) == Steps{0, 1, 2, 3});
-  // A billion steps of 1 us: no frame is off by more than half a step, and none is lost.
+  // A billion steps of 1 us: every frame is within half a step of its time, and none is lost.
   const Frames frames = frames_a_second(30, 1e-6);
   CHECK(frames.states(1'000'000'000) == 30'001);
   CHECK(frames.next(999'966'667, 1'000'000'000) == 1'000'000'000);

@@ -1,4 +1,4 @@
-// Ensembles of sheets: what they hold, what is hot, and how it is told.
+// Ensembles of sheets: their settings, the hot runs, and the output.
 #include "heat/heat.hpp"
 
 #include <doctest/doctest.h>
@@ -59,7 +59,7 @@ TEST_CASE("heat: the ensemble has every kind of sheet, and the coarse one some o
   CHECK(coarse.size() < 60);
   std::set<std::string_view> coarse_groups;
   for (const auto& setting : coarse) coarse_groups.insert(setting.group);
-  CHECK(coarse_groups.size() == groups.size() - 1);  // the long ones take too long
+  CHECK(coarse_groups.size() == groups.size() - 1);  // long runs are left out
 }
 
 TEST_CASE("heat: a sheet that swings with its hold moves, without springs, straight on in the world") {
@@ -76,7 +76,7 @@ TEST_CASE("heat: a sheet that swings with its hold moves, without springs, strai
   REQUIRE(plan);
   REQUIRE(plan->step(state, 20) == StepResult::done);  // a third of a second
   const double omega = 2 * std::numbers::pi;
-  const double way = 0.5 * (omega / 3 - std::sin(omega / 3));  // what the scene goes back, as seen from a straight line
+  const double way = 0.5 * (omega / 3 - std::sin(omega / 3));  // the scene's displacement from a straight line
   double squares = 0;
   for (std::size_t axis = 0; axis < 3; ++axis) squares += std::pow(state.x[axis][5] - start[axis], 2);
   CHECK(is_close(std::sqrt(squares), way, 1e-5));
@@ -98,7 +98,7 @@ TEST_CASE("heat: theta 0.55 heats a coarse sheet, small-step XPBD does not, and 
   CHECK(calm.share > 0.5);
   CHECK(calm.frames == 240);
   CHECK(is_close(hot.kinetic / hot.given, hot.share, 1e-12));
-  // the bits are those of the setting alone
+  // a setting's bits depend on the setting only
   const auto again = run_setting(setting, named(all, "theta 1 forward"), Isa::reference, Arithmetic::separate);
   CHECK(again.bits == calm.bits);
 }
@@ -122,7 +122,7 @@ TEST_CASE("heat: the table, the JSON and the picture say what is hot") {
   CHECK(json[0]["share"] == 1.02);
   CHECK(json[1]["kick"] == 10);
   const auto picture = draw_heat({calm, hot});
-  if (picture.warning.empty()) CHECK(picture.svg.find("theta 0.5: 1 of 1 hot") != std::string::npos);  // gnuplot is there
+  if (picture.warning.empty()) CHECK(picture.svg.find("theta 0.5: 1 of 1 hot") != std::string::npos);  // gnuplot is installed
   calm.share = 1.31;
   CHECK_FALSE(all_calm({calm, hot}));
   CHECK(to_text({calm, hot}).find("FAILED: 1 of 1 runs by default are hot") != std::string::npos);

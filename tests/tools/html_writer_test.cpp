@@ -26,7 +26,7 @@ using namespace dvdx::tool;
 using dvdx::test::is_close;
 using dvdx::test::ScratchFolder;
 
-// A folder with a page that XML readers read, which DVDX_VIEWER names as long as this lives.
+// A folder with a page that XML readers accept. DVDX_VIEWER names it during its lifetime.
 class PageFolder : public ScratchFolder {
  public:
   explicit PageFolder(const std::string& name) : ScratchFolder("html-" + name) {
@@ -54,17 +54,17 @@ std::string unpacked(std::string_view text, std::size_t most) {
   return {out.begin(), out.begin() + static_cast<std::ptrdiff_t>(size)};
 }
 
-// A frame as a reader of a page gets it.
+// A frame as the page's reader decodes it.
 struct Decoded {
   double time = 0;
   double spacing = 0;
   std::vector<float> x;  // x0 y0 z0 x1 ...
   std::vector<double> speed;
   std::vector<double> error;
-  std::vector<std::size_t> was;  // the place of each particle in the frame before, where it was there
+  std::vector<std::size_t> was;  // the index of each particle in the previous frame, if it was there
 };
 
-// Written by the format's description in output/frame_coder.hpp, not by its code.
+// Written from the format's description in output/frame_coder.hpp, not from its code.
 Decoded decoded(const pugi::xml_node& frame, const std::vector<Decoded>& earlier) {
   const auto count = frame.attribute("data-count").as_ullong();
   const auto planes = frame.attribute("data-planes").as_ullong();
@@ -136,7 +136,7 @@ std::vector<Decoded> frames_of(const pugi::xml_document& document) {
   return frames;
 }
 
-// Thrown up from places of their own, and the later ones not there at first.
+// Particles thrown up from different places. The later ones are absent at first.
 template <class T>
 class Fountain {
  public:
@@ -192,7 +192,7 @@ TEST_CASE_TEMPLATE("an .html holds every state to half a lattice spacing, though
   REQUIRE(frames.size() == counts.size());
   for (std::size_t k = 0; k < counts.size(); ++k) {
     CHECK(frames[k].time == 0.1 * static_cast<double>(k));
-    CHECK(frames[k].spacing < 2e-3);  // of some 15 m
+    CHECK(frames[k].spacing < 2e-3);  // relative to about 15 m
     check_frame(frames[k], fountain.at(k, counts[k]));
   }
   CHECK(elements(document, "frame")[5].attribute("data-step").as_int() == 15);
@@ -200,7 +200,7 @@ TEST_CASE_TEMPLATE("an .html holds every state to half a lattice spacing, though
   CHECK(document.child("html").last_child().text().get() == std::string("after"));
 }
 
-// Particle number n moves from a place of its own with a velocity of its own.
+// Particle number n moves from its own place with its own velocity.
 class Crowd {
  public:
   explicit Crowd(std::size_t most) : memory_(most) {}
@@ -222,7 +222,7 @@ class Crowd {
   Soa<float> memory_;
 };
 
-// Numbers first to last but for each so manieth.
+// The numbers from first to last, without the multiples of `every`.
 std::vector<std::uint32_t> without(std::uint32_t first, std::uint32_t last, std::uint32_t every) {
   std::vector<std::uint32_t> numbers;
   for (std::uint32_t n = first; n <= last; ++n) {
@@ -266,7 +266,7 @@ TEST_CASE("particles that come and go are followed from state to state, whatever
     }
     const auto nodes = elements(document, "frame");
     CHECK(nodes[3].attribute("data-gone").as_int() == 2 + 214);
-    CHECK(nodes[5].attribute("data-planes").as_int() == 1);  // two states tell the third
+    CHECK(nodes[5].attribute("data-planes").as_int() == 1);  // two states predict the third
     CHECK(nodes[7].attribute("data-gone").as_int() == 343);
   }
 }

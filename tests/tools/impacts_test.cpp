@@ -1,4 +1,4 @@
-// The report's reference for contacts: against answers of 20 digits, against formulas of slides, and against the kernel.
+// The report's reference for contacts, compared with results of 20 digits, with formulas of slides, and with the kernel.
 #include "closed_form/impacts.hpp"
 
 #include <doctest/doctest.h>
@@ -52,7 +52,7 @@ struct At {
   std::array<double, 3> x{}, v{};
 };
 
-// The particle at the end of t seconds.
+// The state of the particle after t seconds.
 At after(const SceneFile& file, double t) {
   const auto found = covered(file, t, {0, 1});
   At at;
@@ -90,7 +90,7 @@ TEST_CASE("from impact to impact: every impact comes at its time") {
     if (next.text("case") != row.text("case")) continue;
     const double t = row["t_bounce_s"];
     const double until = next["t_bounce_s"];
-    if (!(until - t > 1e-12 * t)) continue;  // no double lies well between them
+    if (!(until - t > 1e-12 * t)) continue;  // no double lies clearly between them
     CAPTURE(i);
     CHECK(covered(ball_over_floor(row), (t + until) / 2, {0, 1}).most_impacts == static_cast<std::uint64_t>(row["bounce"]) + 1);
     CHECK(std::abs(after(ball_over_floor(row), t).x[1]) < 2e-16 * (1 + row["impact_speed_m_s"]) * (1 + t));
@@ -142,12 +142,12 @@ TEST_CASE("from impact to impact: time and speed of an impact under gravity and 
 }
 
 TEST_CASE("a dip between two samples is an impact, on a plane and on a small sphere") {
-  // A parabola whose lowest point is 1e-9 m below the floor for 3e-5 s, in a second.
+  // A parabola with its lowest point 1e-9 m below the floor, inside for 3e-5 s, within a second.
   auto file = one_particle({0, 1.25 - 1e-9, 0}, {0, -5, 0});
   file.scene.add(dvdx::Constant{.acceleration = {0, 10, 0}});
   file.scene.add(dvdx::Plane{.normal = {0, 1, 0}, .restitution = 1});
   CHECK(covered(file, 1, {0, 1}).most_impacts == 1);
-  // At 1000 m/s through a sphere of a millimetre, 0.9 mm beside its centre.
+  // A shot at 1000 m/s through a sphere of a millimetre, 0.9 mm off its centre.
   auto shot = one_particle({-500, 0.0009, 0}, {1000, 0, 0});
   shot.scene.add(dvdx::Sphere{.radius = 0.001, .restitution = 1});
   CHECK(covered(shot, 1, {0, 1}).most_impacts == 1);
@@ -176,7 +176,7 @@ TEST_CASE("a puck slides to a stop as the text book says, with drag and without"
   auto braked = puck({3, 0, 0}, {0, -10, 0}, 0.5);
   braked.scene.add(dvdx::Drag{.coefficient = 2.0});
   CHECK(off(after(braked, 1).x[0], 1.5 - 1.25 * std::log1p(6.0 / 5)) < 1e-15);
-  // Up an incline (its plane is the floor, the gravity inclined), stop, and down again where friction cannot hold.
+  // Up an incline (the floor is its plane, gravity is inclined), a stop, and down again if friction cannot hold.
   const auto back = after(puck({3, 0, 0}, {-6, -8, 0}, 0.25), 1);
   const double turn = 3.0 / 8;
   CHECK(off(back.x[0], 9.0 / 16 - 0.5 * 4 * (1 - turn) * (1 - turn)) < 1e-15);
@@ -196,14 +196,14 @@ TEST_CASE("a slide that friction bends: |v| (M + b cos phi) falls by M^2 - b^2 a
     for (const double t : {0.01, 0.1, 0.2, 0.3}) {
       const auto at = after(file, t);
       CHECK(off(invariant(at), invariant(start) - (M * M - b * b) * t) < 1e-15);
-      // tan(phi/2)^(M/b) / (r sin phi) stays what it was: where the velocity points.
+      // tan(phi/2)^(M/b) / (r sin phi) is conserved: it gives the direction of the velocity.
       const auto constant = [&](const At& p) {
         const double r = std::hypot(p.v[0], p.v[2]);
         return std::pow((r - p.v[0]) / p.v[2], M / b) / p.v[2];
       };
       CHECK(off(constant(at), constant(start)) < 1e-12);
     }
-    // Friction and the force together move it: v - v0 = b t - M (sum of directions). Rest is where it stops.
+    // Friction and the force together move the particle: v - v0 = b t - M (sum of directions). It stops at the time of rest.
     if (b > M) continue;
     const double stop = invariant(start) / (M * M - b * b);
     CHECK(after(file, stop * (1 + 1e-9)).v == std::array<double, 3>{0, 0, 0});
@@ -212,7 +212,7 @@ TEST_CASE("a slide that friction bends: |v| (M + b cos phi) falls by M^2 - b^2 a
 }
 
 TEST_CASE("a particle that settles slides on with the friction of all its impacts") {
-  // The impacts and the slide after them take off mu times the impulse that the floor gives: m g t and the speed of the fall.
+  // The impacts and the slide after them remove mu times the floor's impulse: m g t and the speed of the fall.
   auto file = one_particle({0, 1, 0}, {40, 0, 0});
   file.scene.add(dvdx::Constant{.acceleration = {0, -10, 0}});
   file.scene.add(dvdx::Plane{.normal = {0, 1, 0}, .restitution = 0.5, .friction = 0.3});
@@ -220,7 +220,7 @@ TEST_CASE("a particle that settles slides on with the friction of all its impact
   CHECK(off(at.v[0], 40 - 0.3 * 10 * 3) < 1e-15);
   CHECK(std::abs(at.x[1]) < 1e-18);
   CHECK(at.v[1] == 0);
-  // With a viscosity the infinitely many impacts leave nothing of the tangential velocity; a single one leaves exp(-viscosity).
+  // With a viscosity, infinitely many impacts leave no tangential velocity; a single impact leaves exp(-viscosity).
   std::get<dvdx::Plane>(file.scene.contacts.front()) = {.normal = {0, 1, 0}, .restitution = 0.5, .viscosity = 0.1};
   CHECK(after(file, 3).v[0] == 0);
   std::get<dvdx::Plane>(file.scene.contacts.front()) = {.normal = {0, 1, 0}, .restitution = 0, .viscosity = 0.1};
@@ -244,7 +244,7 @@ TEST_CASE("a particle that is pressed into a corner bounces off the third surfac
 // --- spheres -----------------------------------------------------------------------------------------------------------------
 
 TEST_CASE("inside a sphere without forces a chord follows the other") {
-  // The inscribed square, from the middle of a side: after four impacts the particle is where it was.
+  // The inscribed square, from the middle of a side: after four impacts the particle is back at its start.
   const double side = std::numbers::sqrt2;
   auto file = one_particle({0, -side / 2, 0}, {side, 0, 0});
   file.scene.add(dvdx::Sphere{.radius = 1, .side = dvdx::Side::inside, .restitution = 1});
@@ -275,7 +275,7 @@ TEST_CASE("on top of a sphere and at the bottom of one a ball bounces as on a fl
   }
 }
 
-// --- what is not covered -----------------------------------------------------------------------------------------------------
+// --- motions not covered -----------------------------------------------------------------------------------------------------
 
 TEST_CASE("motions that are not followed are told by name") {
   auto spring = puck({1, 0, 0}, {0, -10, 0}, 0);
@@ -307,7 +307,7 @@ SceneFile shipped(const std::string& name) { return dvdx::tool::read_scene(dvdx:
 
 Setup on_one_thread() { return {.engine = {.isa = dvdx::best_isa()}, .parallel = {}}; }
 
-// Root-mean-square error of method combined in float64 with steps of grid.coarsest / parts.
+// The root mean square error of method combined in float64 with steps of grid.coarsest / parts.
 double kernel_error(const SceneFile& sample, const Grid& grid, std::uint64_t parts, const Reference& reference) {
   return measure_errors<double>(sample, sample.scene, grid, parts, reference, on_one_thread()).errors.position_rms;
 }
@@ -328,7 +328,7 @@ TEST_CASE("hail: the kernel's error against the impacts' closed form falls with 
   const double coarse = kernel_error(sample, grid, 32, reference);
   const double fine = kernel_error(sample, grid, 256, reference);
   CHECK(coarse < 6e-3 * reference.amplitude);
-  CHECK(fine < coarse / 4);  // first order: drag takes no part in what is left of a step after an impact
+  CHECK(fine < coarse / 4);  // first order: drag does not act in the rest of a step after an impact
 }
 
 TEST_CASE("a wrong law shows in the report as an error of the size that it has") {
@@ -340,7 +340,7 @@ TEST_CASE("a wrong law shows in the report as an error of the size that it has")
   const auto changed = [&](const auto& change) {
     auto wrong = sample;
     change(std::get<dvdx::Plane>(wrong.scene.contacts.front()));
-    // The start, where the paths agree, counts among their moments and not among the errors'.
+    // The start, where the paths agree, counts in their mean but not in the error's.
     const auto moments = static_cast<double>(right.path.times);
     const double size =
         distance(first_reference(wrong, grid, on_one_thread()).path, right.path) * std::sqrt(moments / (moments - 1));

@@ -1,4 +1,4 @@
-// A signal, a full disk or a limit on file sizes leaves nothing behind but what was there before.
+// A signal, a full disk or a limit on file sizes leaves only the files that were there before.
 #include <doctest/doctest.h>
 #include <fcntl.h>
 #include <sys/wait.h>
@@ -24,7 +24,7 @@ namespace interrupted_test {
 using dvdx::test::run;
 using dvdx::test::ScratchFolder;
 
-// Runs for hours where nobody ends it.
+// Runs for hours unless it is ended.
 constexpr const char* endless = R"({
   "format": "dvdx-scene/1", "name": "endless", "step": 0.001, "duration": 1000000,
   "particles": {"count": 50, "position": {"uniform": {"min": [0, 1, 0], "max": [1, 9, 1], "seed": 3}}},
@@ -43,7 +43,7 @@ class EndlessFolder : public ScratchFolder {
   }
 };
 
-// The command on its own, with signals as a shell's foreground job has them.
+// The command as a process of its own, with the signals of a shell's foreground job.
 class Child {
  public:
   Child(const ScratchFolder& folder, std::vector<std::string> arguments, int ignored = 0) {
@@ -69,7 +69,7 @@ class Child {
 
   void send(int signal) const { kill(pid_, signal); }
 
-  // The wait status.
+  // Returns the wait status.
   int end_by(int signal) {
     send(signal);
     int status = 0;
@@ -95,7 +95,7 @@ bool comes_true(const std::function<bool()>& condition) {
 TEST_CASE("a signal that ends a run leaves no part of any format, and is the exit status") {
   struct Format {
     const char* out;
-    std::size_t parts;  // that are there while it is written
+    std::size_t parts;  // part files that exist while it is written
     int signal;
   };
   for (const Format& format :
@@ -161,7 +161,7 @@ TEST_CASE("parts of a run that goes on stay, and so do names that tell of no pro
   const EndlessFolder folder("both");
   Child child(folder, {"run", "endless.json", "--every", "1000", "--out", "a.csv", "--threads", "1"});
   REQUIRE(comes_true([&] { return folder.parts() == 1; }));
-  const std::string mine = dvdx::tool::part_beside("b.csv").string();  // of a process that lives
+  const std::string mine = dvdx::tool::part_beside("b.csv").string();  // of a living process
   const auto last_dash = mine.rfind('-');
   const std::string start = mine.substr(last_dash + 1);
   const auto gone = [] {
@@ -174,7 +174,7 @@ TEST_CASE("parts of a run that goes on stay, and so do names that tell of no pro
   const std::string here = mine.substr(first_dash, 16);
   const std::string elsewhere = here == "0123456789abcdef" ? "1123456789abcdef" : "0123456789abcdef";
   const std::vector<std::string> kept{mine,
-                                      ".b.csv.part-" + gone,  // as older versions wrote
+                                      ".b.csv.part-" + gone,  // in the form of older versions
                                       ".b.csv.part-" + elsewhere + "-" + gone + "-1",
                                       ".b.csv.part-" + here + "-" + gone + "-1.txt",
                                       ".b.csv.part-" + here + "-" + gone,
@@ -224,7 +224,7 @@ TEST_CASE("a signal leaves a directory that was there before, and what is in it"
   CHECK(folder.read("found/other.txt") == "mine");
 }
 
-// It comes while the steps go on, before the next look at what was written.
+// The signal arrives during the steps, before the output is next examined.
 TEST_CASE("a signal leaves the first checkpoint and the states and impacts that it counts on") {
   const EndlessFolder folder("checkpoint");
   Child child(folder, {"run", "endless.json", "--set", "particles.count=20000", "--every", "800", "--out", "a.csv", "--events",

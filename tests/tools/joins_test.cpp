@@ -1,4 +1,4 @@
-// How far what joins particles goes in a run, and what the run says of it.
+// The stretch of springs and rods in a run, and the run's messages about it.
 #include <doctest/doctest.h>
 
 #include <algorithm>
@@ -27,7 +27,7 @@ json report_of(const ScratchFolder& folder, const std::string& arguments, int ex
 
 constexpr double g = 9.81;
 
-// A weight let go on a spring of 1 m that is as long as at rest: it goes m g/k down, and as far again.
+// A weight released on a spring of 1 m at rest length moves down by m g/k, and by as much again.
 TEST_CASE("run says how far springs stretch: a weight on a spring goes twice as far as it hangs") {
   const ScratchFolder folder("stretch");
   folder.write("weight.json", R"({"format": "dvdx-scene/1", "name": "weight", "step": 0.001, "duration": 2,
@@ -38,7 +38,7 @@ TEST_CASE("run says how far springs stretch: a weight on a spring goes twice as 
   CHECK(report["stretch"]["most"].get<double>() == doctest::Approx(1 + 2 * g / 100).epsilon(0.01));
   CHECK(report["stretch"]["springs"] == json({0, 1}));
   CHECK(report["rods"].is_null());
-  CHECK(report["energy"]["most"].get<double>() == doctest::Approx(3 * g).epsilon(1e-3));  // with the fixed one's
+  CHECK(report["energy"]["most"].get<double>() == doctest::Approx(3 * g).epsilon(1e-3));  // including the fixed one's
   CHECK(std::abs(report["energy"]["given"].get<double>()) < 1e-9);
   CHECK(report["warnings"] == json::array());
   const auto table = run(folder, "run weight.json").out;
@@ -57,7 +57,7 @@ TEST_CASE("run says how far rods are off, and whether what they alone join heats
   CHECK(report["stretch"].is_null());
   CHECK(report["rods"]["most"].get<double>() < 1e-5);
   CHECK(report["warnings"] == json::array());
-  // A rod that begins too long is off by that at the start.
+  // A rod that is too long at the start has that error at the start.
   const json wrong = report_of(folder, "pendulum.json --set constraints[1].length=0.8");
   CHECK(wrong["rods"]["most"].get<double>() == doctest::Approx(0.25));
   CHECK(wrong["rods"]["time"] == 0);
@@ -69,7 +69,7 @@ TEST_CASE("run says how far rods are off, and whether what they alone join heats
   CHECK(run(folder, "run pendulum.json --strict --set constraints[1].length=0.8").exit == 6);
 }
 
-// A net of 5 x 5 knots that falls into one corner, with a load of a hundred knots in the other.
+// A net of 5 x 5 knots that falls into one corner, with a load of a hundred knots in the opposite one.
 TEST_CASE("ropes that cross take as many sub-steps as what may hang on them asks for, and are too long by one") {
   const ScratchFolder folder("net");
   json places = json::array(), pairs = json::array();
@@ -100,7 +100,7 @@ TEST_CASE("ropes that cross take as many sub-steps as what may hang on them asks
   CHECK(cured["warnings"] == json::array());
 }
 
-// 100 kg on 20 springs of 1e6 N/m, one sweep to and fro of extended position-based dynamics: they would go on for metres.
+// 100 kg on 20 springs of 1e6 N/m, with one sweep to and fro of extended position-based dynamics: they would stretch by metres.
 TEST_CASE("run warns of springs that hold more than there is, and the cure that it names helps") {
   const ScratchFolder folder("soft");
   std::string places, pairs;
@@ -128,7 +128,7 @@ TEST_CASE("run warns of springs that hold more than there is, and the cure that 
   const json cured = report_of(folder, soft + " --substeps auto");
   CHECK(cured["warnings"] == json::array());
   CHECK(cured["stretch"]["most"].get<double>() < 1.05);
-  CHECK(report_of(folder, "rope.json")["warnings"] == json::array());  // lines of springs hold at one sub-step
+  CHECK(report_of(folder, "rope.json")["warnings"] == json::array());  // lines of springs carry it with one sub-step
 }
 
 // 16 x 16 particles of 1/256 kg on sides of 0.1 m: omega^2 = 2 * 4 * g * 256 / 0.1 is at most (2 / (0.01 s / 3))^2.

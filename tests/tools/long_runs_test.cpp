@@ -1,4 +1,4 @@
-// Rounding over many steps: energy and phase against the random walk that theory expects.
+// Rounding over many steps: energy and phase compared with the random walk that theory predicts.
 #include "hard_cases/long_runs.hpp"
 
 #include <doctest/doctest.h>
@@ -24,7 +24,7 @@ TEST_CASE("long runs: energy walks as theory says, compensated states keep both,
       if (run.steps == steps) CHECK(run.energy > run.walk / 20);
     }
     if (run.precision == Precision::float32_compensated) {
-      const auto plain = &run - 8;  // float64 and float32 stand before it, four rows each
+      const auto plain = &run - 8;  // float64 and float32 precede it with four rows each
       REQUIRE(plain->precision == Precision::float32);
       CHECK(10 * run.phase < plain->phase);
       CHECK(10 * run.energy < plain->energy);

@@ -1,4 +1,4 @@
-// Energy, state hash and steps: what a run says about a state.
+// Energy, state hash and steps: a run's figures of a state.
 #include <doctest/doctest.h>
 
 #include <bit>
@@ -88,13 +88,13 @@ TEST_CASE("energy holds the springs of networks") {
   const double apart = std::sqrt(108.0);
   file.scene.add(Network(Springs{.pairs = {{0, 1}, {1, 0}}, .stiffness = std::vector<double>{2, 6}, .rest_length = 10.0}));
   CHECK(is_close(energy_of(file), kinetic + 4 * (apart - 10) * (apart - 10), 1e-14));
-  // "start": both start at the same place.
+  // "start": both particles start at the same place.
   std::get<Springs>(file.scene.networks[0]).rest_length.reset();
   CHECK(is_close(energy_of(file), kinetic + 4 * 108, 1e-14));
 }
 
 TEST_CASE("a grid's energy counts every one of its springs once") {
-  // Stretched twofold both ways: a spring of rest length l is stretched by l.
+  // Stretched to twice its length in both directions: a spring of rest length l is stretched by l.
   constexpr std::size_t rows = 4;
   constexpr std::size_t columns = 5;
   SceneFile file;
@@ -119,7 +119,7 @@ TEST_CASE("a grid's energy counts every one of its springs once") {
 }
 
 TEST_CASE("a grid whose edges are not at right angles stores energy in each of its diagonals") {
-  // Stretched twofold: a spring of rest length l is stretched by l. The diagonals are (1.5, 0, 1) and (-0.5, 0, 1).
+  // Stretched to twice its length: a spring of rest length l is stretched by l. The diagonals are (1.5, 0, 1) and (-0.5, 0, 1).
   SceneFile file;
   file.particles.count = 4;
   file.scene.add(Network(Grid{.rows = 2, .columns = 2, .edge_u = {1, 0, 0}, .edge_v = {0.5, 0, 1}, .shear = 8}));

@@ -1,4 +1,4 @@
-// Particles that meet, by the command: what a run says of them, where it stops, and what it warns of.
+// Particles that meet, through the command: a run's messages about them, its stops, and its warnings.
 #include <doctest/doctest.h>
 
 #include <cmath>
@@ -23,7 +23,7 @@ using dvdx::test::run;
 using dvdx::test::ScratchFolder;
 using nlohmann::json;
 
-// 64 balls, 4 by 4 a layer and hardly apart, fall into a box that they fill.
+// 64 balls, 4 by 4 in a layer and almost touching, fall into a box that they fill.
 void write_grains(const ScratchFolder& folder) {
   folder.write("grains.json", R"({"format": "dvdx-scene/1", "name": "grains", "step": 0.01, "duration": 0.3,
     "particles": {"count": 64, "mass": 0.1,
@@ -103,7 +103,7 @@ TEST_CASE("run warns of cloth that is stretched so far that cloth fits through")
       "below 0.01131 m nothing passes between particles that keep 0.008 m apart, and beyond it cloth may have "
       "crossed cloth, which it has not at the end"));
   CHECK(run(folder, "run sheet.json --strict").exit == 6);
-  // The cure is a number that is taken, and helps.
+  // The cure is an accepted number, and helps.
   CHECK(cure_of(report) == R"(Try "strain_limit": 0.21 or stiffer springs, with "thickness": 0.0095 (m) in meet)");
   CHECK(run(folder, "run sheet.json --strict --set network.strain_limit=0.21 --set meet.thickness=0.0095").exit == 0);
   const json thin =
@@ -150,7 +150,7 @@ TEST_CASE("a cell that is drawn askew is no wider: its diagonals do not count") 
   CHECK(report["warnings"] == json::array());
 }
 
-// Two sheets of 6 x 6 at 1 cm that nothing moves: one lies, the other stands this high above it.
+// Two motionless sheets of 6 x 6 at 1 cm: one lies flat, the other stands `height` above it.
 void write_crossed(const ScratchFolder& folder, const std::string& height) {
   const std::string sheet = R"("mass": 0.36, "structural": 100, "shear": 50, "rows": 6, "columns": 6, "type": "grid", )";
   folder.write("crossed.json", R"({"format": "dvdx-scene/1", "name": "crossed", "step": 0.01, "duration": 0.2,
@@ -180,7 +180,7 @@ TEST_CASE("run warns of layers that start too near to meet, and the cure is take
   CHECK(cure_of(report) == R"(Start layers 0.008 m apart, or set "apart_at_start": false in meet)");
   CHECK(run(folder, "run layers.json --strict").exit == 6);
   CHECK(run(folder, "run layers.json --strict --set meet.apart_at_start=false").exit == 0);
-  CHECK(run(folder, "run layers.json --strict --set meet.apart_at_start=true").exit == 0);  // it is meant
+  CHECK(run(folder, "run layers.json --strict --set meet.apart_at_start=true").exit == 0);  // an explicit choice
   const json of_parts = json::parse(run(folder, R"(run layers.json --json --set 'meet={"part_of_cells": 0.8}')").out);
   CHECK(cure_of(of_parts) == "Start layers 0.8 of their widest cell apart");
   write("0.0081");
@@ -202,7 +202,7 @@ TEST_CASE("run warns of friction by which cloth may gain energy, of balls in one
     "meet": {"thickness": 0.008, "friction": 1.3}})");
   CHECK(codes("run cloth.json") == Codes{"grip"});
   CHECK(codes("run cloth.json --set meet.friction=1.2") == Codes{});
-  // The upper one of two on a floor is as heavy as so many of the lower one.
+  // The upper one of two balls on a floor has a million times the mass of the lower one.
   folder.write("tower.json", R"({"format": "dvdx-scene/1", "name": "tower", "step": 0.016666666666666666, "duration": 1,
     "particles": {"count": 2, "mass": {"values": [1, 1e6]}, "position": {"values": [[0, 0.01, 0], [0, 0.0301, 0]]}},
     "forces": [{"type": "constant", "acceleration": [0, -9.81, 0]}],
@@ -224,7 +224,7 @@ TEST_CASE("run warns of friction by which cloth may gain energy, of balls in one
       R"(run gas.json --precision float64 --set 'forces=[{"type": "constant", "acceleration": [0, -1, 0]}]')";
   CHECK(codes(weight + " --set substeps=1 --duration 40") == Codes{"bounces"});
   CHECK(codes(weight + " --set substeps=64") == Codes{});
-  // Fast balls in a box, by too few sub-steps: bounces are left out, and most of the energy with them.
+  // Fast balls in a box with too few sub-steps: bounces are missed, and most of the energy is lost.
   folder.write("loss.json", R"({"format": "dvdx-scene/1", "name": "loss", "step": 0.016666666666666666, "duration": 0.5,
     "particles": {"count": 64, "velocity": {"uniform": {"min": [-20, -20, -20], "max": [20, 20, 20], "seed": 1}}, "position":
       {"lattice": {"min": [-0.045, -0.045, -0.045], "max": [0.046, 0.046, 0.046], "spacing": 0.03}}}, "contacts": [{"type": "box",
@@ -241,7 +241,7 @@ TEST_CASE("run counts where edges of cloth go through its triangles, and warns o
   const json report = json::parse(run(folder, "run crossed.json --json").out);
   const auto end = report["meet"]["crossings"]["end"].get<int>();
   CHECK(end >=
-        10);  // each of the 5 cells that go through has an upright edge or a slanting one at least, and so has what it meets
+        10);  // each of the 5 crossing cells has at least one upright or slanting edge that crosses, and so has the met one
   CHECK(report["meet"]["crossings"]["most"] >= end);
   REQUIRE(report["warnings"].size() == 1);
   CHECK(report["warnings"][0]["code"] == "crossed");
@@ -258,8 +258,8 @@ TEST_CASE("run counts where edges of cloth go through its triangles, and warns o
 
 TEST_CASE("the shipped cradle swings on: one ball comes, and one leaves at the other end") {
   const ScratchFolder folder("meet-cradle");
-  // The first ball has come down at a quarter of its period, 0.29 s at 45 degrees, and half a period after it the last one
-  // does.
+  // The first ball reaches the bottom after a quarter of its period, 0.29 s at 45 degrees, and the last one returns half a
+  // period later.
   const auto result = run(folder, "run '" + dvdx::test::scenes() + "/cradle.json' --json --duration 0.5 --out end.csv");
   REQUIRE(result.exit == 0);
   const json report = json::parse(result.out);
@@ -306,7 +306,7 @@ TEST_CASE("a page is told the size of balls, one for all or one for each, and no
   CHECK(!scene_of().contains("radii"));
 }
 
-// Two balls a step are poured into a box, and live for at most 0.4 s: fewer than there is room for.
+// Two balls a step are poured into a box, and live for at most 0.4 s: always fewer than the capacity.
 void write_pour(const ScratchFolder& folder) {
   folder.write("pour.json", R"({"format": "dvdx-scene/1", "name": "pour", "step": 0.01, "duration": 0.6, "capacity": 100,
     "particles": {"mass": 0.1},

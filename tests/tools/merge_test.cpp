@@ -1,4 +1,4 @@
-// A sweep by plain processes, and its reports in one table; a scene that goes on by itself after it was killed.
+// A sweep by plain processes with its reports in one table, and a scene that resumes by itself after a kill.
 #include <doctest/doctest.h>
 
 #include <filesystem>
@@ -20,7 +20,7 @@ constexpr const char* scene = R"({"format": "dvdx-scene/1", "name": "fall, \"slo
 
 std::string script(const char* name) { return dvdx::test::scenes() + "/../slurm/" + name; }
 
-// A shell's exit code, with the command that is tested as DVDX.
+// Returns a shell's exit code. DVDX names the tested command.
 int shell(const ScratchFolder& folder, const std::string& line) {
   const std::string all =
       "cd '" + folder.path().string() + "' && DVDX='" + dvdx::test::command() + "' " + line + " > /dev/null 2>&1 < /dev/null";
@@ -45,8 +45,7 @@ TEST_CASE("a sweep has a report a line, is not run again, and merges into one ta
 
   const auto before = folder.read("reports/1.json");
   folder.write("values.txt", "--seed 3\n--seed 2\n--duration 1\n--set nothing=1\n");
-  CHECK(shell(folder, script("sweep.sh") + " fall.json values.txt reports") ==
-        3);  // the last line alone is run, and is refused
+  CHECK(shell(folder, script("sweep.sh") + " fall.json values.txt reports") == 3);  // only the last line runs, and is refused
   CHECK(folder.read("reports/1.json") == before);
   CHECK(!std::filesystem::exists(folder / "reports/4.json"));
 }
@@ -64,7 +63,7 @@ TEST_CASE("merge refuses what is no report") {
 TEST_CASE("a scene that is killed goes on by itself to the same end") {
   const ScratchFolder folder("farm");
   folder.write("fall.json", scene);
-  // Ends itself as kill -9 would twice, at some step after the first checkpoint.
+  // Ends itself twice, as kill -9 would, at some step after the first checkpoint.
   folder.write("killed.sh",
                "#!/bin/sh\nif [ $(cat tries | wc -l) -lt 2 ]; then echo x >> tries; \"$REAL\" \"$@\"; kill -9 $$; fi\nexec "
                "\"$REAL\" \"$@\"\n");
@@ -77,7 +76,7 @@ TEST_CASE("a scene that is killed goes on by itself to the same end") {
   REQUIRE(run(folder, "run fall.json --out whole.csv --every 2").exit == 0);
   CHECK(folder.read("out.csv") == folder.read("whole.csv"));
   CHECK(folder.read("log").find("resumed") != std::string::npos);
-  CHECK(shell(folder, script("run_scene.sh") + " nowhere.json at2 5") == 4);  // is not tried again
+  CHECK(shell(folder, script("run_scene.sh") + " nowhere.json at2 5") == 4);  // is not retried
 }
 
 }  // namespace merge_test

@@ -72,7 +72,7 @@ TEST_CASE("a byte order mark, lines that go on and keywords in any case are read
 }
 
 TEST_CASE("a closed surface bends across every edge, each pair once") {
-  // Two four-sided pyramids, base to base: the apexes face one another across all four sides of the base.
+  // Two four-sided pyramids, base to base: the apexes face each other across all four sides of the base.
   const auto mesh = mesh_of(
       "v 1 0 0\nv 0 1 0\nv -1 0 0\nv 0 -1 0\nv 0 0 1\nv 0 0 -1\nf 1 2 5\nf 2 3 5\nf 3 4 5\nf 4 1 5\n"
       "f 2 1 6\nf 3 2 6\nf 4 3 6\nf 1 4 6\n");

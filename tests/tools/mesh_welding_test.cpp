@@ -1,4 +1,4 @@
-// Vertices of a mesh as particles: those that stand together are one, and what no face uses is left out.
+// Mesh vertices as particles: vertices in one place become one particle, and unused vertices are left out.
 #include "scene_io/mesh_welding.hpp"
 
 #include <doctest/doctest.h>
@@ -32,10 +32,10 @@ WeldedMesh made(const std::string& text, std::optional<double> weld = 0, Unrefer
   return welded(parse_mesh(text), weld, treatment);
 }
 
-// Two triangles that share a side, whose vertices are there twice.
+// Two triangles that share a side whose vertices occur twice.
 const std::string seam = "v 0 0 0\nv 1 0 0\nv 0 0 1\nv 1 0 0\nv 1 0 1\nv 0 0 1\nf 1 2 3\nf 4 5 6\n";
 
-// Two objects of one file, which share two of its vertices, and one that no face uses.
+// Two objects in one file that share two of its vertices, and one vertex without a face.
 const std::string loose = "o a\nv 0 0 0\nv 1 0 0\nv 1 0 1\nv 0 0 1\nv 7 7 7\nf 1 2 3 4\ng b\nv 2 0 0\nv 2 0 1\nf 2 6 7 3\n";
 
 // ---- a mesh alone ------------------------------------------------------------------------------------------------------
@@ -69,10 +69,10 @@ TEST_CASE("a seam whose vertices are a little apart is welded by what is at leas
     CHECK(two.facts.near == 4);
     CHECK(two.facts.apart == doctest::Approx(1e-6).epsilon(1e-6));
   }
-  for (const double weld : {1e-6, 1e-5}) {  // the former as the file's numbers say, whatever their rounding
+  for (const double weld : {1e-6, 1e-5}) {  // the former by the numbers in the file, despite their rounding
     const auto one = made(open, weld);
     CHECK(one.numbering.particles == Numbers{0, 1, 2, 1, 3, 2});
-    CHECK(one.mesh.vertices[1] == Vec3{1, 0, 0});  // where the first of them stands
+    CHECK(one.mesh.vertices[1] == Vec3{1, 0, 0});  // at the first one's place
     CHECK(one.facts.pieces == 1);
     CHECK(one.facts.near == 0);
   }
@@ -83,10 +83,10 @@ TEST_CASE("vertices of which each is close enough to the next are one particle")
   CHECK(made(chain, 0.9e-5).facts.particles == 5);
   const auto one = made(chain, 1.1e-5);
   CHECK(one.numbering.particles == Numbers{0, 0, 1, 0, 2});
-  CHECK(one.mesh.faces == Faces{{0, 1, 2}});  // three that fell together
+  CHECK(one.mesh.faces == Faces{{0, 1, 2}});  // three vertices that became one
 }
 
-// Beside every pair's distance: the same groups, whichever cells the vertices are in.
+// Compares the groups with those by every pair's distance, whichever cells the vertices are in.
 TEST_CASE("welding joins the vertices that every pair's distance says") {
   std::string text;
   std::vector<Vec3> places;
@@ -137,17 +137,17 @@ TEST_CASE("vertices that no face uses are left out wherever they stand in the fi
   CHECK(around.numbering.particles == Numbers{nobody, nobody, 0, 1, 2, nobody});
   CHECK(around.numbering.still == std::vector<Vec3>{{8, 8, 8}, {9, 9, 9}, {6, 6, 6}});
 
-  // A vertex at a face's corner is that corner. A vertex that a line alone joins is used.
+  // An unused vertex at a face's corner becomes that corner. A vertex used by a line only is used.
   CHECK(made("v 0 0 0\nv 1 0 0\nv 0 0 1\nv 1 0 0\nf 1 2 3\n").numbering.particles == Numbers{0, 1, 2, 1});
   CHECK(made("v 0 0 0\nv 1 0 0\nv 2 0 0\nl 1 2\n").numbering.particles == Numbers{0, 1, nobody});
-  // Nothing is joined: a file of points.
+  // Nothing joins the vertices: a file of points.
   const auto points = made("v 0 0 0\nv 1 0 0\nv 0 0 1\n");
   CHECK(points.numbering.particles == Numbers{0, 1, 2});
   CHECK(points.facts.pieces == 0);
 }
 
 TEST_CASE("faces lose the corners that fall together, and become lines where two are left") {
-  // The pole of a ball is twice in a face of four corners.
+  // The pole of a ball occurs twice in a face of four corners.
   const auto pole = made("v 0 1 0\nv 0 1 0\nv 1 0 0\nv 0 0 1\nf 1 2 3 4\nf 3 2 4\n");
   CHECK(pole.mesh.faces == Faces{{0, 1, 2}});
   CHECK(diagonals_of(pole.mesh).empty());
@@ -155,12 +155,12 @@ TEST_CASE("faces lose the corners that fall together, and become lines where two
   CHECK(sliver.mesh.faces.empty());
   CHECK(sliver.mesh.lines == std::vector<Pair>{{0, 1}});
   CHECK(sliver.facts.particles == 2);
-  // A square with a hole, cut open from corner to corner: its border, the hole's, and the cut.
+  // A square with a hole, cut open from corner to corner: its border, the hole's border, and the cut.
   const auto keyhole = made(
       "v 0 0 0\nv 3 0 0\nv 3 3 0\nv 0 3 0\nv 0 0 0\nv 1 1 0\nv 1 2 0\nv 2 2 0\nv 2 1 0\nv 1 1 0\nf 1 2 3 4 5 6 7 8 9 10\n");
   CHECK(keyhole.mesh.faces == Faces{{0, 1, 2, 3}, {4, 5, 6, 7}});
   CHECK(keyhole.mesh.lines == std::vector<Pair>{{0, 4}});
-  // Both sides of one cloth.
+  // Both sides of one cloth become one face.
   CHECK(made("v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 0\nv 0 1 0\nv 1 0 0\nf 1 2 3\nf 4 5 6\n").mesh.faces == Faces{{0, 1, 2}});
 }
 
@@ -295,7 +295,7 @@ TEST_CASE("networks that follow a mesh go on from its vertices") {
   CHECK(file.scene.fixed == std::vector<std::size_t>{6, 7, 8});  // the grid's first three
   CHECK(std::get<Springs>(file.scene.networks[3]).pairs == std::vector<Pair>{{7, 11}});
   CHECK(file.topology.faces == Faces{{0, 1, 2, 3}, {1, 5, 6, 2}, {7, 8, 10, 9}, {11, 12, 13}, {14, 15, 16}});
-  CHECK(file.topology.lines == std::vector<Pair>{{8, 12}});  // the ends' first numbers
+  CHECK(file.topology.lines == std::vector<Pair>{{8, 12}});  // the first index of each end
 }
 
 TEST_CASE("vertices that are left out are not joined, and need not be held") {
@@ -317,7 +317,7 @@ TEST_CASE("vertices that are left out are not joined, and need not be held") {
   CHECK(codes_of(file).empty());
   scene["network"]["unreferenced"] = "leave_out";
   scene.erase("constraints");
-  CHECK(codes_of(read(folder, scene)).empty());  // it is meant
+  CHECK(codes_of(read(folder, scene)).empty());  // an explicit choice
   scene["network"]["unreferenced"] = "drop";
   CHECK(refusal_of(folder, scene) == "network.unreferenced is \"drop\": must be \"leave_out\" or \"keep\"");
   scene["network"].erase("unreferenced");
@@ -327,7 +327,7 @@ TEST_CASE("vertices that are left out are not joined, and need not be held") {
   }
 }
 
-// How files look that programs wrote; each joins four particles or more to one cloth.
+// Files in the style of several programs. Each joins at least four particles to one cloth.
 TEST_CASE("odd .obj files are cloth") {
   const ScratchFolder folder("odd");
   const std::string square = "v 0 0 0\nv 1 0 0\nv 1 0 1\nv 0 0 1\n";
@@ -382,7 +382,7 @@ json done(const ScratchFolder& folder, const std::string& arguments) {
   return json::parse(result.out);
 }
 
-// The same cloth, once as exporters write it and once as it is: bits and forms are alike.
+// The same cloth, once as exporters write it and once without double vertices: bits and forms are equal.
 void write_both(const ScratchFolder& folder) {
   folder.write("seam.obj",
                "v 9 9 9\n" + std::string("v 0 0 0\nv 1 0 0\nv 0 0 1\nv 1 0 0\nv 1 0 1\nv 0 0 1\nf 2 3 4\nf 5 6 7\n"));
@@ -402,7 +402,7 @@ std::vector<std::string> lines_of(const std::string& text) {
   return lines;
 }
 
-// x, y, z and the rest of a row.
+// The part of a row from x, y, z on.
 std::string behind_particle(const std::string& row) {
   std::size_t at = 0;
   for (int comma = 0; comma < 3; ++comma) at = row.find(',', at) + 1;
@@ -431,12 +431,12 @@ TEST_CASE("files have the mesh's vertices in its order, those of one particle at
     for (std::size_t n = 1; n < 7; ++n)
       CHECK(behind_particle(rows[1 + 7 * state + n]) == behind_particle(own[1 + 4 * state + particles[n]]));
   }
-  // The first state of a cache has the faces of the file.
+  // The first state of a cache has the file's faces.
   done(folder, "run seam.json --json --every 5 --out cache.pc2");
   const auto cached = lines_of(folder.read("cache.obj"));
   const auto mesh = lines_of(folder.read("seam.obj"));
   REQUIRE(cached.size() > mesh.size());
-  CHECK(std::equal(mesh.begin(), mesh.end(), cached.begin() + 1));  // behind the line that says who wrote it
+  CHECK(std::equal(mesh.begin(), mesh.end(), cached.begin() + 1));  // behind the line that names the writer
   CHECK(folder.read("cache.pc2").size() == 32 + 3 * 7 * 12);
   done(folder, "run seam.json --json --out a.ply");
   CHECK(folder.read("a-000000.ply").find("element vertex 7\n") != std::string::npos);

@@ -1,4 +1,4 @@
-// Networks and constraints of a scene: what the reader makes of them, and what it refuses.
+// The networks and constraints of a scene: the reader's result, and its refusals.
 #include <doctest/doctest.h>
 
 #include <fstream>
@@ -439,13 +439,13 @@ TEST_CASE("a key that another scheme alone reads is refused beside this one") {
   CHECK(message("accumulate", "axis", "start").empty());
 }
 
-// ---- what is wrong -----------------------------------------------------------------------------------------------------
+// ---- refusals ----------------------------------------------------------------------------------------------------------
 
-enum class BySchema { refused, accepted };  // what a schema can say about it
+enum class BySchema { refused, accepted };  // whether a schema can detect it
 
 struct BadValue {
   const char* where;    // a JSON pointer
-  const char* value;    // put there; null: the key is taken away
+  const char* value;    // inserted there; null: the key is removed
   const char* message;  // after "cloth.json: "
   BySchema schema = BySchema::refused;
 };
@@ -470,7 +470,7 @@ void check_all(const json& good, std::initializer_list<BadValue> all) {
 
 TEST_CASE("a sheet needs as much room as is held of it: no faces without pictures, and of several ranks each its rows") {
   auto scene = with_network(grid);
-  scene["network"]["rows"] = 1000000;  // of five particles
+  scene["network"]["rows"] = 1000000;  // with five particles
   const auto refused = [&](ReadTopology topology, std::size_t ranks) {
     const ReadOptions options{.memory_bytes = 1000000000, .share = {.rank = 0, .ranks = ranks}, .topology = topology};
     try {
@@ -488,7 +488,7 @@ TEST_CASE("a sheet needs as much room as is held of it: no faces without picture
       "bytes, and 1.0 GB of memory are available");
   CHECK(refused(ReadTopology::no, 2) == "taken");
   CHECK(refused(ReadTopology::yes, 2).find("280 bytes, and 1.0 GB") != std::string::npos);
-  // The first rank makes a plan of the whole, or each holds a value for every particle.
+  // The first rank makes a plan of the whole, or each rank holds a value for every particle.
   const auto whole = scene;
   for (const char* patch : {R"({"network": {"aerodynamics": {"density": 1.2}}})", R"({"network": {"substeps": 4}})",
                             R"({"network": {"tears_at": 2}})"}) {

@@ -1,4 +1,4 @@
-// Where float32 states are measured from.
+// The origin of float32 states.
 #include "state/origin.hpp"
 
 #include <doctest/doctest.h>

@@ -1,4 +1,4 @@
-// Pictures: what a PNG holds by a reader of its own, what is seen of surfaces, and where they are.
+// Pictures: PNG files decoded by a separate reader, the visibility of surfaces, and their places.
 #include "output/picture.hpp"
 
 #include <doctest/doctest.h>
@@ -46,7 +46,7 @@ std::vector<Chunk> chunks_of(const std::string& bytes) {
   return chunks;
 }
 
-// Rows unpacked and their filters undone, by the words of the specification.
+// Unpacks the rows and reverses their filters, by the text of the specification.
 std::vector<std::uint8_t> pixels_of(const std::string& packed, std::size_t width, std::size_t height) {
   const std::size_t bytes = 3 * width;
   std::vector<std::uint8_t> rows((bytes + 1) * height);
@@ -186,7 +186,7 @@ TEST_CASE("a nearer surface hides the one behind, and the back of a body is not 
 }
 
 TEST_CASE("a ball covers its share of the picture, and hides what is behind its front") {
-  // 0.36 of the distance upwards is half of the picture's height: at distance 5 a radius of 0.9 is a quarter of it.
+  // Upwards, 0.36 of the distance is half of the picture's height: at distance 5 a radius of 0.9 is a quarter of it.
   Raster raster(160, 90, {.eye = {0, 0, 5}, .near = 0.1}, paper);
   raster.add_ball({0, 0, 0}, 0.9, red);
   Picture picture = raster.picture();
@@ -196,7 +196,7 @@ TEST_CASE("a ball covers its share of the picture, and hides what is behind its 
   CHECK(is_paper(at(picture, 80, 45 - 24)));
   CHECK(!is_paper(at(picture, 80, 45 - 21)));
   CHECK(at(picture, 80, 30)[0] > at(picture, 80, 60)[0]);  // the light comes from above
-  // A sheet in front of its middle and behind its front shows only where the ball is lower.
+  // A sheet in front of the ball's middle and behind its front shows only where the ball is lower.
   raster.add_triangle(triangle({-9, -9, 0.6}, {9, -9, 0.6}, {0, 9, 0.6}), Sides::front, blue, blue);
   picture = raster.picture();
   CHECK(at(picture, 80, 45)[2] < at(picture, 80, 45)[0]);
@@ -204,7 +204,7 @@ TEST_CASE("a ball covers its share of the picture, and hides what is behind its 
 }
 
 TEST_CASE("a square covers its share of the picture") {
-  // 0.36 of the distance upwards is half of the picture's height: at distance 5 a side of 1.8 is half of it.
+  // Upwards, 0.36 of the distance is half of the picture's height: at distance 5 a side of 1.8 is half of it.
   Raster raster(160, 90, {.eye = {0, 0, 5}, .near = 0.1}, paper);
   raster.add_triangle(triangle({-0.9, -0.9, 0}, {0.9, -0.9, 0}, {0.9, 0.9, 0}), Sides::front, red, red);
   raster.add_triangle(triangle({-0.9, -0.9, 0}, {0.9, 0.9, 0}, {-0.9, 0.9, 0}), Sides::front, red, red);
@@ -232,7 +232,7 @@ double area_of(const std::vector<Patch>& patches) {
   return area;
 }
 
-// Every triangle goes round counter-clockwise seen from where its normals lead.
+// Every triangle is counter-clockwise seen from the side of its normals.
 void check_turned_outwards(const std::vector<Patch>& patches) {
   for (const auto& [a, b, c] : patches) {
     const Vec3 area = cross(difference(b.place, a.place), difference(c.place, a.place));
@@ -253,7 +253,7 @@ TEST_CASE("bodies are drawn where they are, with the area that they have") {
   check_turned_outwards(inside);
   for (const auto& [a, b, c] : inside) CHECK(dot(a.place, a.normal) < 0);
   const double h = std::sqrt(1.0 / 3);
-  std::vector<dvdx::Face> faces;  // of an octahedron: corners at distance 1 along the axes
+  std::vector<dvdx::Face> faces;  // an octahedron: corners at distance 1 along the axes
   for (int k = 0; k < 8; ++k) faces.push_back({.normal = {k & 1 ? h : -h, k & 2 ? h : -h, k & 4 ? h : -h}, .offset = h});
   const auto octahedron = surface_of(dvdx::Convex{.planes = faces});
   check_turned_outwards(octahedron);
@@ -267,7 +267,7 @@ TEST_CASE("bodies are drawn where they are, with the area that they have") {
   CHECK(is_close(area_of(surface_of(swallowed)), 4 * std::numbers::pi, 0.01));
 }
 
-// The library carries a particle by the same motion.
+// The library carries a particle by the same motion, for comparison.
 TEST_CASE("a motion has a body where it has particles that follow it") {
   const dvdx::Motion motion{
       .center = {0.2, 0.1, 0},

@@ -1,4 +1,4 @@
-// Errors of the library, in the words of a scene file.
+// Errors of the library, expressed in the words of a scene file.
 #include "scene_io/plan_fault.hpp"
 
 #include <doctest/doctest.h>
@@ -18,7 +18,7 @@ TEST_CASE("a plan's errors name the keys of the file") {
   file.motions = {"hand", "foot"};
   CHECK(field_of(file, "motions[1].keys[2].time") == "motions.foot.keys[2].time");
   CHECK(field_of(file, "coupling.iterations") == "constraint_iterations");
-  CHECK(field_of(file, "coupling.most_substeps") == "most_substeps");  // of a scene of constraints alone
+  CHECK(field_of(file, "coupling.most_substeps") == "most_substeps");  // for a scene of constraints only
   file.scene.networks = {Springs{}};
   CHECK(field_of(file, "coupling.iterations") == "constraint_iterations");
   CHECK(field_of(file, "coupling.substeps") == "network.substeps");

@@ -1,4 +1,4 @@
-// Runs of rows out of files of points and numbers, as ranks read them.
+// Ranges of rows read from files of points and numbers, as ranks read them.
 #include "scene_io/points_file.hpp"
 
 #include <doctest/doctest.h>
@@ -36,7 +36,7 @@ struct Case {
   std::string bytes;
 };
 
-// The same points in every form; longer than what is held of a text at a time.
+// The same points in every format; longer than the part of a text that is held at once.
 constexpr std::size_t count = 20011;
 
 std::vector<Case> cases() {
@@ -117,7 +117,7 @@ TEST_CASE("points: of a binary file a few rows are read, however many it holds")
   constexpr std::size_t rows = 120000000;
   const std::string header = npy("<f8", "(" + std::to_string(rows) + ", 3)");
   folder.write("a.npy", header);
-  std::filesystem::resize_file(folder / "a.npy", header.size() + rows * 24);  // zeros that take no place
+  std::filesystem::resize_file(folder / "a.npy", header.size() + rows * 24);  // zeros without disk space
   const auto kept = read_points(folder / "a.npy", {.first = rows - 2, .count = 2});
   CHECK(kept.all == rows);
   CHECK((kept.values == std::vector<Vec3>(2, Vec3{})));

@@ -1,4 +1,4 @@
-// One scene on several ranks, as tests start them, and what must not depend on them.
+// One scene on several ranks: its start, and the results that must not depend on the ranks.
 #pragma once
 
 #include <doctest/doctest.h>
@@ -21,8 +21,7 @@ using dvdx::test::CommandResult;
 using dvdx::test::run;
 using dvdx::test::ScratchFolder;
 
-// More ranks than cores, as root where the tests run in a container, and without a look for other machines, which takes
-// longest.
+// Allows more ranks than cores, and root in a container. Skips the search for other machines, which takes longest.
 inline std::string launcher(int ranks, const std::string& by = "") {
   return "OMPI_ALLOW_RUN_AS_ROOT=1 OMPI_ALLOW_RUN_AS_ROOT_CONFIRM=1 OMPI_MCA_plm=isolated OMPI_MCA_pml=ob1 "
          "OMPI_MCA_btl=self,vader " +
@@ -33,7 +32,7 @@ inline CommandResult run_on(int ranks, const ScratchFolder& folder, const std::s
   return run(folder, arguments, launcher(ranks));
 }
 
-// Runs that are much alike take turns: one on two ranks, neither of which is between others, and on five; the next on three.
+// Similar runs alternate: one on two ranks, neither of which lies between others, and on five; the next on three.
 inline std::vector<int> ranks_of(std::size_t turn) { return turn % 2 == 0 ? std::vector{2, 5} : std::vector{3}; }
 
 // The part of a run's report that must not depend on the ranks.
@@ -42,7 +41,7 @@ inline nlohmann::json said(const CommandResult& result) {
   auto report = nlohmann::json::parse(result.out, nullptr, false);
   REQUIRE_FALSE(report.is_discarded());
   for (const char* key : {"wall_seconds", "particle_steps_per_second", "threads", "ranks", "halo"}) report.erase(key);
-  // One process alone looks at lengths, and at what comes through cloth.
+  // Only a single process checks lengths, and what comes through cloth.
   for (const char* key : {"stretch", "rods"}) report.erase(key);
   for (const char* key : {"most", "given"}) report["energy"].erase(key);
   if (report.contains("meet")) report["meet"].erase("crossings");
@@ -53,7 +52,7 @@ inline nlohmann::json said(const CommandResult& result) {
       if (code == "pokes_through" || code == "crossed" || code == "may_cross") warnings.erase(i);
     }
   }
-  // Files have the names that were asked for.
+  // File names are as requested, so they differ.
   if (report.contains("written")) {
     for (auto& file : report["written"]) file.erase("file");
   }
@@ -66,7 +65,7 @@ inline std::size_t times(const std::string& text, const std::string& part) {
   return count;
 }
 
-// Every value differs from particle to particle, and one of 53 is so fast that contacts take the formula for all.
+// Every value differs between particles, and one of 53 is so fast that contacts use the formula for all.
 inline std::string mixed() {
   nlohmann::json scene = nlohmann::json::parse(R"({
     "format": "dvdx-scene/1", "name": "mixed", "step": 0.02, "duration": 0.4,
@@ -83,7 +82,7 @@ inline std::string mixed() {
   return scene.dump();
 }
 
-// 9 rows of 7, hung up by two corners over a ball.
+// 9 rows of 7 particles, hung by two corners over a ball.
 inline std::string sheet() {
   return R"({"format": "dvdx-scene/1", "name": "sheet", "step": 0.01, "duration": 0.05,
     "network": {"type": "grid", "rows": 9, "columns": 7, "origin": [0, 1, 0], "edge_u": [1, 0, 0], "edge_v": [0, 0.3, 1], "mass": 0.2,
@@ -92,7 +91,7 @@ inline std::string sheet() {
     "contacts": [{"type": "sphere", "center": [0.5, 0.9, 0.5], "radius": 0.2, "friction": 0.3}]})";
 }
 
-// Numbers as they come, two springs between two particles, and a particle that none holds.
+// Random pairs, two springs between the same two particles, and a particle without a spring.
 inline std::string list() {
   return R"({"format": "dvdx-scene/1", "name": "list", "step": 0.01, "duration": 0.05,
     "particles": {"count": 12, "mass": {"uniform": {"min": 0.1, "max": 0.3, "seed": 4}},
@@ -103,8 +102,8 @@ inline std::string list() {
     "fixed": [1], "forces": [{"type": "constant", "acceleration": [0, -9.81, 0]}]})";
 }
 
-// Balls of two sizes in a hollow one over a floor that rises, one of them fixed: the first numbers are under the last, so that
-// ranks' ranges meet.
+// Balls of two sizes in a hollow sphere over a rising floor, one of them fixed. The first indices lie under the last, so that
+// the ranks' ranges meet.
 inline std::string grains(int count = 41) {
   nlohmann::json scene = nlohmann::json::parse(R"({
     "format": "dvdx-scene/1", "name": "grains", "step": 0.0125, "duration": 0.5,
@@ -124,7 +123,7 @@ inline std::string grains(int count = 41) {
   return scene.dump();
 }
 
-// Drops of two emitters and three that were there, of which births in the middle of the run find no room.
+// Drops of two emitters and three initial ones. In the middle of the run some births exceed the capacity.
 inline std::string drops() {
   return R"({"format": "dvdx-scene/1", "name": "drops", "step": 0.0078125, "duration": 0.25, "capacity": 90,
     "particles": {"count": 3, "mass": 0.01, "position": {"uniform": {"min": [0, 0.1, 0], "max": [1, 2, 1], "seed": 3}}},
@@ -148,7 +147,7 @@ class MixedFolder : public ScratchFolder {
 
 inline const bool has_no_mpi = dvdx::test::mpirun().empty();
 
-// The line of `explain --ranks` that counts what all ranks tell in a sub-step: bytes and messages of the way that tells least.
+// The line of `explain --ranks` with the exchanges of all ranks in a sub-step: bytes and messages of the least way to send.
 inline std::array<std::uint64_t, 2> predicted(const ScratchFolder& folder, const std::string& scene, int ranks) {
   const auto told = run(folder, "explain " + scene + " --particle-time 1e-9 --ranks " + std::to_string(ranks));
   REQUIRE_MESSAGE(told.exit == 0, told.err);

@@ -1,4 +1,4 @@
-// Files and checkpoints of several ranks: the bytes of one.
+// Files and checkpoints of several ranks have the bytes of one rank's.
 #include <doctest/doctest.h>
 
 #include <filesystem>
@@ -15,8 +15,8 @@
 
 namespace ranks::files_test {
 
-// The list's numbers are scattered over its ranks, and no rank shows what it steps. Drops begin with fewer than there are
-// ranks.
+// The list's indices are scattered over its ranks, and no rank writes the particles that it steps. Drops start with fewer
+// particles than ranks.
 TEST_CASE("ranks: every file has the bytes of one rank's" * doctest::skip(has_no_mpi)) {
   const MixedFolder folder("files");
   folder.write("list.json", list());
@@ -52,7 +52,7 @@ TEST_CASE("ranks: every file has the bytes of one rank's" * doctest::skip(has_no
   }
 }
 
-// A run in three ways: never stopped, with checkpoints, and gone on from the last of them.
+// A run in three ways: uninterrupted, with checkpoints, and resumed from the last one.
 TEST_CASE("ranks: what others wrote down goes on to the same bits, files, impacts and sums" * doctest::skip(has_no_mpi)) {
   const MixedFolder folder("resumed");
   folder.write("sheet.json", sheet());
@@ -73,7 +73,7 @@ TEST_CASE("ranks: what others wrote down goes on to the same bits, files, impact
     CAPTURE(of.run);
     const std::string arguments = "run " + of.run + " --json --every 3 --threads ";
     auto whole = said(run(folder, arguments + "1 --out whole.csv --events whole-events.csv"));
-    if (whole.contains("meet")) whole["meet"].erase("rebuilt");  // who goes on begins with new lists
+    if (whole.contains("meet")) whole["meet"].erase("rebuilt");  // a resumed run starts with new lists
     CHECK(folder.read("whole-events.csv").size() > 100);
     const auto check = [&](int ranks, const std::string& more) {
       const auto result = run_on(ranks, folder, arguments + "2 --out a.csv --events e.csv " + more);
@@ -93,7 +93,7 @@ TEST_CASE("ranks: a checkpoint has the bytes of one rank's, and of a damaged one
           doctest::skip(has_no_mpi)) {
   const MixedFolder folder("checkpoint");
   const std::string arguments = "run mixed.json --every 4 --out a.csv --checkpoint at --checkpoint-every 13";
-  // The head and the columns: what contacts have done may be other words for the same sums, and the end says how long it took.
+  // The head and the columns only: contacts' sums may have other words for equal values, and the end contains a duration.
   const auto written = [&] {
     const auto bytes = folder.read("at");
     REQUIRE(bytes.size() > 1400);
@@ -139,12 +139,12 @@ TEST_CASE("ranks: a piece each, and an index that names them" * doctest::skip(ha
       CHECK(particles == 53);
     }
     CHECK(times(folder.read("all.pvd"), ".pvtp") == 3);
-    // No pieces of more ranks are left.
+    // No pieces of a run with more ranks remain.
     CHECK(std::filesystem::exists(folder / "all-000002-0002.vtp") == (ranks == 3));
   }
 }
 
-// A sheet of which springs join all rows, and particles that come and go.
+// A sheet whose springs join all rows, and particles that come and go.
 TEST_CASE("ranks: what stands in a piece for each, of a network and of what comes and goes" * doctest::skip(has_no_mpi)) {
   const ScratchFolder folder("gathered-pieces");
   folder.write("sheet.json", sheet());

@@ -1,4 +1,4 @@
-// Several ranks: how they are started, and how they end together.
+// Several ranks: their start, and their common end.
 #include <doctest/doctest.h>
 
 #include <chrono>
@@ -50,7 +50,7 @@ TEST_CASE("ranks: what ends one ends all, says so once and leaves nothing" * doc
     CHECK(folder.entries() == before);
   };
   check("--set step=-1", 3, "step is -1");
-  // Only the last rank has this particle.
+  // Only the last rank holds this particle.
   check(
       "--set particles.position='{\"values\":[" +
           [] {
@@ -77,7 +77,7 @@ TEST_CASE("ranks: one that is killed ends the others, nothing is half written, a
   const std::string what = "run mixed.json --duration 4000 --every 50000 --json --threads 1 ";
   const auto whole = said(run(folder, what + "--out whole.csv"));
   const auto start = std::chrono::steady_clock::now();
-  // Once there is a checkpoint one rank is killed: the launcher is their parent.
+  // After the first checkpoint one rank is killed. The launcher is the ranks' parent.
   folder.write("kill.sh", R"("$@" & launcher=$!
 for n in $(seq 300); do
   [ -e at ] && break

@@ -1,4 +1,4 @@
-// Particles that come and go, on several ranks, and what memory they take.
+// Particles that come and go on several ranks, and their memory.
 #include <doctest/doctest.h>
 
 #include <cstdint>
@@ -14,7 +14,7 @@
 
 namespace ranks::live_test {
 
-// A page knows particles by their ids, which a checkpoint keeps.
+// A page identifies particles by ids, which a checkpoint keeps.
 TEST_CASE("ranks: particles that come and go have the bits, files, pages and impacts of one rank" * doctest::skip(has_no_mpi)) {
   const ScratchFolder folder("ranks-live");
   folder.write("drops.json", drops());
@@ -42,7 +42,7 @@ TEST_CASE("ranks: particles that come and go have the bits, files, pages and imp
   CHECK(times(refused.err, "removal.order any, by which a hole may be filled from another rank, cannot be split") == 1);
 }
 
-// Up to what the contacts' sums follow, and of what comes and goes up to its ids.
+// Compares up to the contacts' sums, and for particles that come and go up to their ids.
 TEST_CASE("ranks: a checkpoint of what comes and goes has the bytes of one rank's" * doctest::skip(has_no_mpi)) {
   const ScratchFolder folder("ranks-live-checkpoint");
   folder.write("drops.json", drops());
@@ -56,7 +56,7 @@ TEST_CASE("ranks: a checkpoint of what comes and goes has the bytes of one rank'
     REQUIRE_MESSAGE(result.exit == 0, result.err);
     const auto bytes = folder.read("at");
     const std::size_t data = 28 + number_at(bytes, 20, 4);
-    std::filesystem::remove(folder / "at");  // which would have the next one's states beside it take another name
+    std::filesystem::remove(folder / "at");  // otherwise the next checkpoint's states would take another name
     const std::uint64_t particles = number_at(bytes, data, 8);
     CHECK(particles > 40);
     const std::size_t ids = data + 24 + particles * 8 * sizeof(float) + 3 * 8;
@@ -67,7 +67,7 @@ TEST_CASE("ranks: a checkpoint of what comes and goes has the bytes of one rank'
   for (const int ranks : {2, 5}) CHECK(written(run_on(ranks, folder, arguments)) == alone);
 }
 
-// Bytes, of each of eight ranks: each process writes down the most memory that it has taken.
+// Bytes for each of eight ranks: each process records its peak memory.
 std::vector<double> most_memory(const ScratchFolder& folder, const nlohmann::json& scene, const std::string& more) {
   folder.write("many.json", scene.dump());
   folder.write("most.sh", R"("$@" & process=$!
@@ -104,8 +104,8 @@ TEST_CASE("ranks: no rank holds all particles that come and go" * doctest::skip(
   }
 }
 
-// Held whole, places would take 24 bytes a particle and faces 64, and both twice while they are read. A rank holds an eighth of
-// the rows and those that its own wait for, and a plan's columns for these.
+// A whole sheet would take 24 bytes a particle for places and 64 for faces, twice while they are read. A rank holds an eighth
+// of the rows, the rows that these depend on, and a plan's columns for both.
 TEST_CASE("ranks: no rank holds a sheet whole" * doctest::skip(has_no_mpi)) {
   const ScratchFolder folder("ranks-sheet-memory");
   constexpr std::size_t rows = 512, columns = 512;

@@ -1,4 +1,4 @@
-// Particles that meet, on several ranks: the bits and impacts of one.
+// Particles that meet on several ranks: the bits and impacts of one rank.
 #include <doctest/doctest.h>
 
 #include <cstdint>
@@ -13,7 +13,7 @@
 
 namespace ranks::meet_test {
 
-// A sheet that is let go on edge, and folds on itself.
+// A sheet that is released on its edge and folds onto itself.
 std::string folding() {
   return R"({"format": "dvdx-scene/1", "name": "folding", "step": 0.0166666666666666666, "duration": 0.4,
     "network": {"type": "grid", "rows": 24, "columns": 9, "origin": [0, 0.24, 0], "edge_u": [0.08, 0, 0], "edge_v": [0, -0.23, 0.02],
@@ -44,7 +44,7 @@ TEST_CASE("ranks: particles that meet have the bits and impacts of one rank, and
       CHECK(said(result) == alone);
       CHECK(folder.read("b.csv") == folder.read("a.csv"));
       CHECK(folder.read("b-events.csv") == folder.read("a-events.csv"));
-      if (scene.find("layers") != std::string::npos) continue;  // more ranks than sheets
+      if (scene.find("layers") != std::string::npos) continue;  // it has fewer sheets than ranks
       const auto report = nlohmann::json::parse(result.out);
       const auto [bytes, messages] = predicted(folder, scene, ranks);
       const auto substeps = report["steps"].get<std::uint64_t>() * report["substeps"].get<std::uint64_t>();

@@ -1,4 +1,4 @@
-// Networks on several ranks: the bits of one, and what explain counts.
+// Networks on several ranks: the bits of one rank, and the counts of explain.
 #include <doctest/doctest.h>
 
 #include <cstdint>
@@ -39,7 +39,7 @@ TEST_CASE("ranks: networks have the bits of one rank" * doctest::skip(has_no_mpi
   }
 }
 
-// Which sub-steps it takes, and whether it heats, is found without a plan of the whole, but for what lies between bounds.
+// The sub-steps and the heating are found without a plan of the whole, except where bounds leave them open.
 TEST_CASE("ranks: a sheet that no rank plans whole has the bits, the words and the refusals of one rank" *
           doctest::skip(has_no_mpi)) {
   const ScratchFolder folder("ranks-rows");
@@ -70,7 +70,7 @@ TEST_CASE("ranks: a sheet that no rank plans whole has the bits, the words and t
   }
 }
 
-// The owners look for springs that tear. The number of sub-steps may then fall for all ranks.
+// The owners search for springs that tear. The number of sub-steps may then fall for all ranks.
 TEST_CASE("ranks: what tears has the bits, the files and the checkpoints of one rank" * doctest::skip(has_no_mpi)) {
   const ScratchFolder folder("ranks-torn");
   folder.write("playback.html", "<!-- dvdx data -->");
@@ -126,7 +126,7 @@ TEST_CASE("ranks: what a run tells is what explain counts, byte for byte" * doct
   }
 }
 
-// A band of a sheet 7 wide has 32 rows, and a rank has two bands: some of these ranks have nothing.
+// A band of a sheet 7 wide has 32 rows, and a rank has two bands, so some of these ranks have no rows.
 TEST_CASE("ranks: networks that are swept have the bits of one rank, and tell what explain counts" *
           doctest::skip(has_no_mpi)) {
   const ScratchFolder folder("ranks-swept");
@@ -152,7 +152,7 @@ TEST_CASE("ranks: networks that are swept have the bits of one rank, and tell wh
   more["substeps"] = 2;
   list["network"] = {list["network"], more};
   folder.write("list.json", list.dump());
-  auto in_rows = list;  // of two networks, which sweeps walk as one sheet
+  auto in_rows = list;  // two networks that sweeps walk as one sheet
   in_rows["network"][0]["rows"] = 150;
   in_rows["network"][0]["columns"] = 20;
   in_rows["network"][0]["shear"] = in_rows["network"][0]["bend"] = 0;
@@ -203,7 +203,7 @@ TEST_CASE("ranks: cloth in wind has the bits of one rank, as a sheet and as a li
   folder.write("sheet.json", scene.dump());
   scene["network"]["damping"] = 0.01;
   const nlohmann::json one_more{{"type", "springs"}, {"pairs", {{0, 10}}}, {"stiffness", 5}, {"rest_length", "start"}};
-  scene["network"] = {scene["network"], one_more};  // with which the sheet is stepped as a list
+  scene["network"] = {scene["network"], one_more};  // with it the sheet is stepped as a list
   folder.write("list.json", scene.dump());
   for (const char* run_of : {"sheet.json", "list.json --scheme fourth_order --precision float64"}) {
     CAPTURE(run_of);
@@ -216,7 +216,7 @@ TEST_CASE("ranks: cloth in wind has the bits of one rank, as a sheet and as a li
   }
 }
 
-// A command asks no plan of a sheet for them; a plan looks at its springs, and at what turns.
+// The command finds them without a plan of the sheet. A plan examines its springs, and turning motions.
 TEST_CASE("the sub-steps of a sheet that a run finds by rows are its plan's") {
   const ScratchFolder folder("sheet-substeps");
   auto scene = nlohmann::json::parse(sheet());
@@ -244,7 +244,7 @@ TEST_CASE("the sub-steps of a sheet that a run finds by rows are its plan's") {
   CHECK(found[5] > found[2]);
 }
 
-// Two strips of squares whose common side is twice in the file, behind a vertex that no face uses.
+// Two strips of squares whose common side occurs twice in the file, after a vertex without a face.
 TEST_CASE("ranks: a welded mesh is written by its file's vertices, as by one" * doctest::skip(has_no_mpi)) {
   const ScratchFolder folder("welded");
   std::string mesh = "v 9 9 9\n";

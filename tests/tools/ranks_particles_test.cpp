@@ -1,4 +1,4 @@
-// Particles that nothing joins on several ranks: the bits of one.
+// Free particles on several ranks: the bits of one rank.
 #include <doctest/doctest.h>
 
 #include <algorithm>
@@ -44,7 +44,7 @@ TEST_CASE("ranks: of the shipped scenes all but some can be split") {
     }
   }
   std::sort(refused.begin(), refused.end());
-  // Grains that come and go, and what constraints join.
+  // Grains that come and go, and particles joined by constraints.
   CHECK(refused == std::vector<std::string>{"cradle", "pour", "ribbon", "towel"});
   CHECK(split >= 25);
 }

@@ -1,4 +1,4 @@
-// The report on scenes whose answers are known.
+// The report on scenes with known results.
 #include <doctest/doctest.h>
 
 #include <cmath>
@@ -181,7 +181,7 @@ TEST_CASE("without a closed form the reference is stepped, far finer than what i
 TEST_CASE("a run that diverges stays in the list and is named") {
   auto file = shipped("two-springs");
   file.step = 0.5;
-  file.duration = 512;  // Omega h = pi/2: beyond what separate exact contributions stand
+  file.duration = 512;  // Omega h = pi/2: above the stability limit of separate exact contributions
   Report whole{.machine = {}, .scenes = {measured(file)}};
   bool diverged = false;
   for (const auto& run : whole.scenes[0].runs) diverged = diverged || (run.method == "exact" && run.errors.diverged);
@@ -242,7 +242,7 @@ TEST_CASE("a network without a closed form is held against finer sub-steps, and 
   const auto& report = whole.scenes[0];
   CHECK(report.reference.kind == "extrapolated");
   for (const auto& run : report.runs) CHECK(run.substeps < report.reference.substeps);
-  // The sum of the pairs' own contributions comes after an impact.
+  // The sum of the pairs' contributions does not support contacts.
   CHECK(report.left_out.size() == 5);
   CHECK(to_text(whole).find("accumulate exact, start in float64: network.scheme is accumulate") != std::string::npos);
   CHECK(to_json(whole)["scenes"][0]["left_out"].size() == 5);
@@ -250,7 +250,7 @@ TEST_CASE("a network without a closed form is held against finer sub-steps, and 
 
 enum class Held { top, bottom };
 
-// A sheet of 1 m x 1 m in a breath of wind, which hangs from its top edge or stands on its bottom one until it buckles.
+// A sheet of 1 m x 1 m in a light wind. It hangs from its top edge, or stands on its bottom edge until it buckles.
 SceneFile sheet(Held edge) {
   constexpr std::size_t side = 8;
   const double way = edge == Held::top ? -1 : 1;
@@ -322,7 +322,7 @@ TEST_CASE("a chaotic sheet is ranked within its horizon, and compared by statist
     CHECK(run.is_ranked == (run.errors.position_rms < report.beyond.apart / 3));
     CHECK(run.beyond.size() == report.beyond.statistics.size());
     is_any_unranked = is_any_unranked || !run.is_ranked;
-    // what conserves energy and is far finer than it must be is of the reference's kind
+    // a fine run that conserves energy is of the reference's kind
     if (run.method == "fourth_order") CHECK(run.beyond[0].agrees);
   }
   for (const auto& cheapest : cheapest_of(report)) {
@@ -407,7 +407,7 @@ TEST_CASE("throughput is measured over sizes, a step and many a call, and stands
   }
   const auto json = to_json(Report{.machine = {}, .scenes = {report}});
   CHECK(json["scenes"][0]["throughput"][1]["ns_per_particle_step"] == report.throughput[1].ns_per_particle_step);
-  CHECK(measured(shipped("seed-pair")).throughput.empty());  // what is joined has one size
+  CHECK(measured(shipped("seed-pair")).throughput.empty());  // joined particles have one size only
 }
 
 TEST_CASE("caches of data are those that the system tells of") {

@@ -1,4 +1,4 @@
-// The command as a user runs it from a shell.
+// Runs the command as a user does from a shell.
 #pragma once
 
 #include <sys/wait.h>
@@ -18,7 +18,7 @@ struct CommandResult {
   std::string err;
 };
 
-// Everything a command prints goes to files beside `folder`, so that a count of what is in the folder stays true.
+// The command's output goes to files beside `folder`, so that it does not change the number of entries in the folder.
 inline CommandResult run(const ScratchFolder& folder, const std::string& arguments, const std::string& environment = "") {
   const auto beside = folder.path().string();
   const std::string line = "cd '" + beside + "' && " + environment + " '" + command() + "' " + arguments + " >'" + beside +

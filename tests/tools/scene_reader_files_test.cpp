@@ -1,4 +1,4 @@
-// Texts that are no scene, and files that a scene refers to.
+// Texts that are not scenes, and files that a scene refers to.
 #include <doctest/doctest.h>
 
 #include <nlohmann/json.hpp>
@@ -41,7 +41,7 @@ TEST_CASE("text that is no scene is refused with its place") {
     CAPTURE(std::string(bad.text));
     CHECK(message_of(bad.text) == std::string("hail.json: ") + bad.message);
   }
-  // The parser's own words follow: only ours are held.
+  // The parser's own words follow. Only the library's words are compared.
   CHECK(message_of("{\"step\": NaN}").starts_with("hail.json: line 1, column 10, in step: not JSON: "));
   CHECK(message_of("{\"step\": 1,}").starts_with("hail.json: line 1, column 12, in step: not JSON: "));
   CHECK(message_of("{} {}").starts_with("hail.json: line 1, column 4: not JSON: "));

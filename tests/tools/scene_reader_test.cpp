@@ -1,4 +1,4 @@
-// Scenes that are right are read as they stand.
+// Correct scenes are read exactly.
 #include "scene_io/scene_reader.hpp"
 
 #include <doctest/doctest.h>

@@ -1,4 +1,4 @@
-// Scenes whose values are wrong are refused, by the reader and by the schema alike.
+// Scenes with wrong values are refused both by the reader and by the schema.
 #include <doctest/doctest.h>
 
 #include <nlohmann/json.hpp>
@@ -7,11 +7,11 @@
 
 namespace scene_texts::values_test {
 
-enum class BySchema { refused, accepted };  // what a schema can say about it
+enum class BySchema { refused, accepted };  // whether a schema can detect it
 
 struct BadValue {
   const char* where;    // a JSON pointer into the full scene
-  const char* value;    // put there; null: the key is taken away
+  const char* value;    // inserted there; null: the key is removed
   const char* message;  // after "hail.json: "
   BySchema schema = BySchema::refused;
 };

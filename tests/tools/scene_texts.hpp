@@ -1,4 +1,4 @@
-// A scene with one of everything, and what the reader says of a text.
+// A scene with one of everything, and the reader's message about a text.
 #pragma once
 
 #include <doctest/doctest.h>
@@ -62,7 +62,7 @@ inline constexpr const char* full_scene = R"({
 
 inline const ReadOptions plenty{.memory_bytes = 1000000000};
 
-// The reader's error, or nothing. An error must have the exit code of a bad scene.
+// The reader's error; empty if there is none. An error must have the exit code of a bad scene.
 inline std::string message_of(std::string_view text, const ReadOptions& options = plenty,
                               const std::string& path = "hail.json") {
   try {

@@ -30,7 +30,7 @@ bool has_all(const json& keys, const json& value) {
   return std::all_of(keys.begin(), keys.end(), [&](const json& key) { return value.contains(key.get<std::string>()); });
 }
 
-// A keyword says nothing about values of another kind than its own.
+// A keyword accepts values of every kind other than its own.
 const std::map<std::string, Check>& checks() {
   static const std::map<std::string, Check> table{
       {"type", [](const json& a, const json& v) { return is_type(a, v); }},

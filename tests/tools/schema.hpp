@@ -1,5 +1,5 @@
-// Just as much of JSON Schema as tools/scene.schema.json uses. A keyword that is not known here is an error, so that the schema
-// cannot say something that nothing checks.
+// The part of JSON Schema that tools/scene.schema.json uses. An unknown keyword is an error, so that the schema cannot contain
+// a rule that nothing checks.
 #pragma once
 
 #include <nlohmann/json.hpp>
@@ -19,7 +19,7 @@ class Schema {
   nlohmann::json root_;
 };
 
-// A scene with another value at a JSON pointer; value: JSON, or null, which takes the key away.
+// A scene with another value at a JSON pointer. value: JSON, or null, which removes the key.
 inline nlohmann::json with_value(const char* scene, const char* where, const char* value) {
   nlohmann::json changed = nlohmann::json::parse(scene);
   const nlohmann::json::json_pointer at(where);

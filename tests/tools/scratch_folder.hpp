@@ -1,4 +1,4 @@
-// A directory of a test's own, gone when the test is over.
+// A test's own directory, removed after the test.
 #pragma once
 
 #include <unistd.h>

@@ -1,4 +1,4 @@
-// The stability maps: analysis against what is known on paper, measurement against analysis, and that a disagreement shows.
+// The stability maps: analysis compared with known results, measurement with analysis, and the detection of a disagreement.
 #include <doctest/doctest.h>
 
 #include <Eigen/LU>
@@ -30,7 +30,7 @@ double sum_of_fourth_powers(const Anchored& particle) {
 
 double determinant(const Anchored& particle, Method method) { return step_matrix(particle, method, 1).determinant(); }
 
-// The largest omega h that a method takes of one particle on springs of these shares, by bisection between 0.1 and 3.5.
+// The largest stable omega h of a method for one particle on springs of these shares, by bisection between 0.1 and 3.5.
 double limit_of(const std::vector<double>& shares, Method method) {
   const auto growth = [&](double z) {
     Anchored particle;
@@ -45,7 +45,7 @@ TEST_CASE("stability analysis: determinants of summed contributions are those on
   for (const Anchored& particle :
        {Anchored{.W = {z2}}, Anchored{.W = {z2 / 2, z2 / 2}}, Anchored{.W = {z2 / 11, 10 * z2 / 11}}}) {
     const double S4 = sum_of_fourth_powers(particle);
-    const double gained = (z2 * z2 - S4) / 12;  // by one spring nothing
+    const double gained = (z2 * z2 - S4) / 12;  // zero for one spring
     CHECK(std::abs(determinant(particle, Method::exact) - 1 - gained) <= 0.01 * gained + 1e-15);
     CHECK(is_close(determinant(particle, Method::average_acceleration) - 1, -S4 / 24, 0.01));
     double left = 1;
@@ -74,12 +74,12 @@ TEST_CASE("stability analysis: joined particles") {
   };
   const Coupling leapfrog{.scheme = Scheme::leapfrog};
   CHECK(is_close(bisected(1, 3, [&](double z) { return radius(leapfrog, z); }), 2, 1e-6));
-  // beyond its limit leapfrog's trace is 2 - z^2, and its larger eigenvalue follows from that alone
+  // beyond its limit leapfrog's trace is 2 - z^2, which determines its larger eigenvalue
   const double half = (9.0 - 2) / 2;
   CHECK(is_close(radius(leapfrog, 3), half + std::sqrt(half * half - 1), 1e-9));
   CHECK(is_close(radius({.scheme = Scheme::sequential, .theta = 0.5}, 7), 1, 1e-9));
   CHECK(radius({.scheme = Scheme::sequential, .theta = 0.55}, 7) < 0.9);
-  // the default keeps what it resolves, and damps what it does not: rho is 0 there, and a pair's sweeps solve it exactly
+  // the default preserves what it resolves, and damps the rest: rho is 0 there, and the sweeps of a pair solve it exactly
   const Coupling sequential{.scheme = Scheme::sequential};
   for (const double z : {0.01, 0.1, 0.5, 1.0, 3.0, 30.0, 1e3}) CHECK(radius(sequential, z) <= 1 + 1e-12);
   CHECK(radius(sequential, 0.1) > 1 - 1e-5);
@@ -104,7 +104,7 @@ TEST_CASE("stability analysis: the pulse of an impact keeps energy under a const
 }
 
 TEST_CASE("stability analysis: no plan takes more of the highest frequency than its scheme stands") {
-  Line all;  // eight particles, each joined to every other one: the summed contributions stand least here
+  Line all;  // eight particles, each joined to every other one: the worst case for summed contributions
   all.mass.assign(8, 1.0);
   for (std::uint32_t a = 0; a < 8; ++a) {
     for (std::uint32_t b = a + 1; b < 8; ++b) all.pairs.push_back({a, b});
@@ -128,7 +128,7 @@ TEST_CASE("stability analysis: no plan takes more of the highest frequency than 
     REQUIRE(plan.has_value());
     const double taken = plan->network_limit()->limit;
     CHECK(spectral_radius(step_matrix(all, coupling, 0.999 * taken / omega)) <= 1 + one_within);
-    // nor much less than it could: the fourth order's window is a hundredth wide
+    // nor far below its limit: the fourth order's window is a hundredth wide
     const double beyond = (coupling.scheme == Scheme::accumulate ? 1.06 : 1.004) * taken;
     CHECK(spectral_radius(step_matrix(all, coupling, beyond / omega)) > 1 + one_within);
   }
@@ -186,7 +186,7 @@ TEST_CASE("stability maps: a disagreement shows") {
   CHECK(agreement_of(map).boundary_y == 2);
   CHECK(!all_agree({map}));
   map.measured = map.analysed;
-  map.measured[3] = 2.1;  // the boundary is right, what is beyond it is not
+  map.measured[3] = 2.1;  // the boundary is right, the growth beyond it is wrong
   CHECK(agreement_of(map).boundary_cells == 0);
   CHECK(is_close(agreement_of(map).growth_difference, 0.05, 1e-12));
   CHECK(agreement_of(map).growth_x == 4);
@@ -214,7 +214,7 @@ TEST_CASE("stability maps: the table, the JSON and the pictures say what the map
   CHECK(json[0]["agreement"]["agrees"] == true);
   CHECK(nlohmann::json::parse(json.dump())[0]["limits"][1].is_null());
   const auto pictures = draw_maps({map});
-  if (pictures.warning.empty()) {  // gnuplot is there
+  if (pictures.warning.empty()) {  // gnuplot is installed
     REQUIRE(pictures.all.size() == 1);
     CHECK(pictures.all[0].file == "made-up.svg");
     CHECK(pictures.all[0].svg.find("<image style='image-rendering:pixelated' ") != std::string::npos);

@@ -1,5 +1,5 @@
-// The hard cases' frame: that none is missing, and that what is missed, refused or not the same everywhere is seen. The cases
-// themselves run in `dvdx stability`.
+// The framework of the hard cases: all are present, and every miss, refusal and difference between machines is reported. The
+// cases themselves run in `dvdx stability`.
 #include <doctest/doctest.h>
 
 #include <algorithm>
@@ -101,7 +101,7 @@ TEST_CASE("stability: an instruction set that leaves other bits, or is alone in 
   const auto missed_by_one = [](CaseRun& way) { return of(way.isa == dvdx::Isa::reference ? 5 : 0); };
   CHECK_FALSE(run_check(missed_by_one, 1).passed());
   const std::size_t contracted = dvdx::available_isas(dvdx::Arithmetic::contracted).size();
-  CHECK(run_check(missed_by_one, 5).isas.size() == isas + contracted + (contracted - 1));  // fast without the reference
+  CHECK(run_check(missed_by_one, 5).isas.size() == isas + contracted + (contracted - 1));  // fast lacks the reference
   if (!dvdx::test::has_several_isas()) return;
   const dvdx::Isa best = dvdx::available_isas().back();
   const auto other_bits = [](CaseRun& way) {
@@ -112,7 +112,7 @@ TEST_CASE("stability: an instruction set that leaves other bits, or is alone in 
   CHECK_FALSE(row.passed());
   CHECK(row.note.find(std::string(name(best))) != std::string::npos);
   CHECK(row.note.find(std::string(name(best)) + " contracted") != std::string::npos);
-  CHECK(row.note.find(" fast") == std::string::npos);  // has bits of its own
+  CHECK(row.note.find(" fast") == std::string::npos);  // fast arithmetic has its own bits
 }
 
 TEST_CASE("stability: a known miss is shown, passes at its figure, and fails beyond it or with other bits") {

@@ -1,4 +1,4 @@
-// How a scene's particles stand at time 0, and whether their numbers are finite.
+// The places of a scene's particles at time 0, and the check that their numbers are finite.
 #include "state/start.hpp"
 
 #include <doctest/doctest.h>
@@ -26,7 +26,7 @@ SceneFile drawn(const std::string& velocity = R"({"uniform": {"min": [-1, -2, -3
                                        velocity + "}}");
 }
 
-// The last one first: what threads may do.
+// Runs the last task first, as threads may.
 constexpr ParallelFor backwards{.run = [](void*, std::size_t count, ParallelFor::Body body, void* task) {
   while (count-- > 0) body(task, count);
 }};

@@ -1,5 +1,4 @@
-// A run says when it begins that particles stand inside a surface, that numbers are likely in other units, and that it takes
-// long.
+// Warnings at the start of a run: particles inside a surface, numbers probably in other units, and a long duration.
 #include <doctest/doctest.h>
 
 #include <cmath>
@@ -16,7 +15,7 @@ using dvdx::test::run;
 using dvdx::test::ScratchFolder;
 using nlohmann::json;
 
-// Those of one code.
+// The warnings with one code.
 json warnings_of(const ScratchFolder& folder, const std::string& arguments, const std::string& code = "start_inside") {
   CAPTURE(arguments);
   const auto result = run(folder, "run " + arguments + " --json");
@@ -30,7 +29,7 @@ json warnings_of(const ScratchFolder& folder, const std::string& arguments, cons
   return found;
 }
 
-// 5 x 5, edges of 0.25 m, about the axis of a ball of 0.5 m about the origin.
+// 5 x 5 particles with edges of 0.25 m, above a ball of 0.5 m at the origin.
 void write_sheet(const ScratchFolder& folder) {
   folder.write("sheet.json", R"({"format": "dvdx-scene/1", "name": "sheet", "step": 0.01, "duration": 0.02,
     "network": {"type": "grid", "rows": 5, "columns": 5, "origin": [-0.5, 0.1, -0.5], "edge_u": [1, 0, 0], "edge_v": [0, 0, 1],
@@ -46,17 +45,17 @@ TEST_CASE("run warns of cloth that starts inside a ball, by how much, and the cu
   CHECK(warnings[0]["value"].get<double>() == doctest::Approx(0.4).epsilon(1e-6));
   CHECK(warnings[0]["limit"].get<double>() == doctest::Approx(1e-4));
   const auto text = warnings[0]["text"].get<std::string>();
-  CHECK(text.find("9 particles start inside a surface, particle 12 by 0.4 m") == 0);  // 0.25 and 0.35 m from the axis are
+  CHECK(text.find("9 particles start inside a surface, particle 12 by 0.4 m") == 0);  // those 0.25 and 0.35 m off the axis too
   CHECK(warnings[0]["cure"].get<std::string>().find("particle 12 is out of it by (0, 0.4, 0) m") != std::string::npos);
   CHECK(warnings[0]["cure"].get<std::string>().find("\"push_out\": 0.5 (m/s) at the top of the scene it is out in 0.8 s") !=
         std::string::npos);
   CHECK(run(folder, "run sheet.json --strict").exit == 6);
   CHECK(run(folder, "run sheet.json --strict --duration 1.5 --set push_out=0.5").exit == 0);
-  // Sheets that heat by it are not cured by sub-steps.
+  // Sub-steps do not cure sheets that heat from this cause.
   const json heating = warnings_of(folder, "sheet.json --duration 0.5", "heating");
   REQUIRE(heating.size() == 1);
   CHECK(heating[0]["cure"] == warnings[0]["cure"]);
-  // A scheme that refuses push_out is not advised to take it.
+  // The cure for a scheme that refuses push_out does not name it.
   const json by_fourth_order = warnings_of(folder, "sheet.json --scheme fourth_order");
   REQUIRE(by_fourth_order.size() == 1);
   CHECK(by_fourth_order[0]["cure"].get<std::string>().find("push_out") == std::string::npos);
@@ -67,11 +66,11 @@ TEST_CASE("run warns of cloth that starts inside a ball, by how much, and the cu
 TEST_CASE("cloth that is held inside or that rounding puts there, and free particles, start well") {
   const ScratchFolder folder("outside");
   write_sheet(folder);
-  // The ball reaches the middle alone, which a pin may hold inside.
+  // The ball reaches only the middle particle, which a pin may hold inside.
   const std::string one = "sheet.json --set contacts[0].radius=0.2";
   CHECK(warnings_of(folder, one).size() == 1);
   CHECK(warnings_of(folder, one + " --set network.fixed=[12]") == json::array());
-  // On a floor below which float32 rounds it.
+  // A floor below which float32 rounds the sheet.
   folder.write("floor.json", R"({"format": "dvdx-scene/1", "name": "floor", "step": 0.01, "duration": 0.02,
     "network": {"type": "grid", "rows": 5, "columns": 5, "origin": [0, 0.7, 0], "edge_u": [1, 0, 0], "edge_v": [0, 0, 1],
       "mass": 1, "structural": 100},
@@ -87,7 +86,7 @@ TEST_CASE("cloth that is held inside or that rounding puts there, and free parti
 
 TEST_CASE("run warns of particles between two surfaces that overlap, and not once there is room") {
   const ScratchFolder folder("pinched");
-  // Jaws that close onto 1 cm less than nothing, beside a third surface far away.
+  // Jaws that close to a gap of -1 cm, beside a third surface far away.
   const auto jaws = [&](const char* upper, const char* motion) {
     folder.write("jaws.json", std::string(R"({"format": "dvdx-scene/1", "name": "jaws", "step": 0.01, "duration": 0.2,
       "network": {"type": "grid", "rows": 3, "columns": 3, "origin": [-0.1, 0, -0.1], "edge_u": [0.2, 0, 0],
@@ -108,14 +107,14 @@ TEST_CASE("run warns of particles between two surfaces that overlap, and not onc
   CHECK(warnings[0]["cure"].get<std::string>().find("Keep the surfaces 0.01 m further apart") == 0);
   CHECK(run(folder, "run jaws.json --strict").exit == 6);
   CHECK(run(folder, "run jaws.json --strict --set push_out=0.5").exit == 6);
-  jaws("0.13", "-0.04");  // by what the cure says
+  jaws("0.13", "-0.04");  // by the value in the cure
   CHECK(warnings_of(folder, "jaws.json", "pinched") == json::array());
   CHECK(run(folder, "run jaws.json --strict").exit == 0);
 }
 
 TEST_CASE("a pinched vertex of a mesh has the number that the file gives it") {
   const ScratchFolder folder("pinched-vertex");
-  folder.write("mesh.obj", "v 5 5 5\nv -1 0.005 0\nv 0 0.005 -1\nv 0 0.005 0\nf 2 3 4\n");  // the first is of no face
+  folder.write("mesh.obj", "v 5 5 5\nv -1 0.005 0\nv 0 0.005 -1\nv 0 0.005 0\nf 2 3 4\n");  // the first belongs to no face
   folder.write("mesh.json", R"({"format": "dvdx-scene/1", "name": "mesh", "step": 0.01, "duration": 0.02,
     "network": {"type": "mesh", "file": "mesh.obj", "mass": 0.1, "edge": 10},
     "contacts": [{"type": "plane", "normal": [0, 1, 0], "offset": 0.01},
@@ -125,7 +124,8 @@ TEST_CASE("a pinched vertex of a mesh has the number that the file gives it") {
   CHECK(warnings[0]["text"].get<std::string>().find("particle 3 is between two surfaces") == 0);
 }
 
-// 9 x 9 over a metre, just above a ball of half a metre: between two particles on it, 0.177 m apart, the line is 8 mm inside.
+// 9 x 9 particles on a metre, just above a ball of half a metre. The line between two particles on it, 0.177 m apart, is 8 mm
+// inside.
 TEST_CASE("run warns of a ball that comes through cloth between its particles, and the thickness that it names helps") {
   const ScratchFolder folder("pokes");
   folder.write("drape.json", R"({"format": "dvdx-scene/1", "name": "drape", "step": 0.01, "duration": 0.4,
@@ -147,7 +147,7 @@ TEST_CASE("run warns of a ball that comes through cloth between its particles, a
   CHECK(thickness >= depth);
   CHECK(run(folder, "run drape.json --strict").exit == 6);
   CHECK(run(folder, "run drape.json --strict --set contacts[1].thickness=" + std::to_string(thickness)).exit == 0);
-  // A ball may well come through a net, and from within there is nothing to come through.
+  // A ball may come through a net. Inside a hollow ball nothing can come through the cloth.
   CHECK(warnings_of(folder, "drape.json --set network.shear=0", "pokes_through") == json::array());
   CHECK(warnings_of(folder, "drape.json --set contacts[1].side=inside --set contacts[1].radius=0.9", "pokes_through") ==
         json::array());
@@ -173,14 +173,14 @@ TEST_CASE("run warns of sheets in millimetres or grams") {
   CHECK(light[0]["limit"] == 1e-6);
 }
 
-// By the first quarter of a second: 10 ms a step.
+// The first quarter of a second gives 10 ms a step.
 TEST_CASE("a run is dear where the steps that are left take longer than a minute") {
   dvdx::tool::LongRunWatch watch;
   CHECK_FALSE(watch.take(0.1, 10, 1000000));
   const auto seconds = watch.take(0.2, 20, 6001);
   REQUIRE(seconds);
   CHECK(*seconds == doctest::Approx(60.01));
-  CHECK_FALSE(watch.take(100, 1, 1000000));  // it is told once
+  CHECK_FALSE(watch.take(100, 1, 1000000));  // it is reported once
   dvdx::tool::LongRunWatch cheap;
   CHECK_FALSE(cheap.take(0.3, 30, 5999));
   CHECK_FALSE(cheap.take(100, 1, 1000000));

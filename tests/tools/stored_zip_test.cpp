@@ -34,7 +34,7 @@ void write_by_libzip(const std::string& path) {
   REQUIRE(zip_close(archive) == 0);
 }
 
-// The members' bytes are holes that take no place on the disk, but for `last`, with which the last member begins.
+// The members' bytes are holes without disk space, except for `last`, the beginning of the last member.
 void write_sparse(const StoredZip& archive, const std::string& path, const std::string& last) {
   OutFile file(path, OutFile::Open::anew, path);
   const std::size_t count = archive.members.size();

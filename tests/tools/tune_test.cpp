@@ -1,4 +1,4 @@
-// The choices of the tuner: among candidates whose errors and costs are formulas, and on scenes whose answers are known.
+// The tuner's choices: among candidates whose errors and costs are formulas, and on scenes with known results.
 #include <doctest/doctest.h>
 #include <sys/wait.h>
 
@@ -26,13 +26,13 @@ using namespace dvdx::tool::tune;
 using dvdx::Method;
 using dvdx::test::is_close;
 
-// A ladder whose error is `constant` / steps^order but never below `floor`, and infinite below `stable` steps.
+// A ladder with the error `constant` / steps^order, but at least `floor`, and infinite below `stable` steps.
 struct Law {
-  Method method = Method::combined;  // tells the ladders apart
+  Method method = Method::combined;  // distinguishes the ladders
   double constant = 1;
   double order = 2;
   double floor = 0;
-  double seconds = 1;  // a unit of work
+  double seconds = 1;  // for a unit of work
   std::uint64_t stable = 1;
 };
 
@@ -155,7 +155,7 @@ TEST_CASE("tune search: what the time did not suffice for is named") {
     CHECK(why == NotRun::Why::time);
     cut.push_back(ladder);
   }
-  CHECK(cut == std::vector<std::string>{"ladder 0", "ladder 1", "ladder 2"});  // the first not to the end
+  CHECK(cut == std::vector<std::string>{"ladder 0", "ladder 1", "ladder 2"});  // the first one incompletely
 }
 
 TEST_CASE("tune search: a choice that does not hold elsewhere gives way to the next cheapest") {
@@ -266,9 +266,9 @@ TEST_CASE("tune: the options that are printed give the scene as it was chosen") 
     CHECK(loaded.step == candidate.step);
     const auto chosen = scene_of(load_scene(options, Precision::float64).file.scene, candidate);
     const bool pairs_have_methods = chosen.coupling.scheme == dvdx::Scheme::accumulate;
-    if (!pairs_have_methods) loaded.scene.coupling.method = chosen.coupling.method;  // --method replaces what nothing reads
+    if (!pairs_have_methods) loaded.scene.coupling.method = chosen.coupling.method;  // --method replaces an unread setting
     CHECK(loaded.scene.coupling == chosen.coupling);
-    CHECK((loaded.scene == chosen || pairs_have_methods));  // there --set leaves forces a method of their own, the same
+    CHECK((loaded.scene == chosen || pairs_have_methods));  // there --set gives forces their own method, the same one
     CHECK(tuning.scene_lines.size() >= 2);
   }
 }
@@ -293,7 +293,7 @@ TEST_CASE("tune --json has the contract's keys, and the text names the choice") 
   CHECK(json["networks"][0]["advice"] == "keep");
   CHECK(json["other_seed"].is_null());
   CHECK(json["fast"]["cost_ratio"].get<double>() > 0);
-  CHECK(json["fast"]["error"]["relative"].get<double>() <= 1e-2);  // of rounding's size or the step's: bits are not held
+  CHECK(json["fast"]["error"]["relative"].get<double>() <= 1e-2);  // of rounding or the step: bits are not compared
   CHECK(to_text(tuning).find("--arithmetic fast: error ") != std::string::npos);
   CHECK(json["budget_cut"] == false);
   CHECK(to_text(tuning).find("nothing in this scene is drawn from a seed") != std::string::npos);

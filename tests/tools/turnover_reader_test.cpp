@@ -1,4 +1,4 @@
-// Scenes whose particles come and go: what is read, and what is refused.
+// Scenes whose particles come and go: accepted input and refusals.
 #include "scene_io/turnover_reader.hpp"
 
 #include <doctest/doctest.h>

@@ -28,7 +28,7 @@ using dvdx::test::ScratchFolder;
 
 constexpr std::size_t particles = 3;
 
-// Numbers that are hard to write short: all different, some tiny, some without an end in decimals.
+// Numbers without a short form: all different, some tiny, some with endless decimals.
 template <class T>
 T number(std::uint64_t state, std::size_t particle, std::size_t field) {
   constexpr std::array<double, 6> hard{1.0 / 3, -0.1, 1e-30, 123456789.123456789, -0.0, 2.5e20};
@@ -126,7 +126,7 @@ std::string member(zip_t* archive, const char* name) {
   return bytes;
 }
 
-// The data behind a header that must say this.
+// The data after a header, which must have this content.
 std::string array_data(const std::string& bytes, const std::string& type, const std::string& shape) {
   CHECK(bytes.starts_with("\x93NUMPY\x01"));
   const auto start = 10 + std::size_t{value_at<std::uint16_t>(bytes, 4)};
@@ -205,7 +205,7 @@ std::string from_base64(const std::string& text) {
   return bytes;
 }
 
-// The data of an array, whose size stands before it.
+// The data of an array, which begins with its size.
 std::string inline_data(const pugi::xml_node& array, std::size_t size) {
   const auto bytes = from_base64(array.text().get());
   CHECK(value_at<std::uint64_t>(bytes, 0) == size);
@@ -242,7 +242,7 @@ TEST_CASE_TEMPLATE("a .vtp a state and a .pvd that gives them their times", T, f
   CHECK(state == 3);
 }
 
-// A triangle of the three particles and one of its sides again, and two with the third alone.
+// A triangle of the three particles with one of its sides again, and a pair that leaves out the second particle.
 const Topology triangle{.lines = {{2, 1}}, .faces = {{0, 1, 2}}};
 const Topology pair{.lines = {{0, 2}}, .faces = {}};
 
@@ -322,7 +322,7 @@ TEST_CASE("a .pvtp in pieces: each has its own particles and cells, and marks wh
   folder.write("a-000000.pvtp", "of an older run");
   folder.write("a-000000-0001.vtp", "of more pieces");
   folder.write("a-000000-0002.vtp", "of more pieces");
-  const Topology quads{.lines = {{5, 0}}, .faces = {{0, 1, 4, 3}, {1, 2, 5, 4}}};  // and 6 alone
+  const Topology quads{.lines = {{5, 0}}, .faces = {{0, 1, 4, 3}, {1, 2, 5, 4}}};  // 6 is unused
   Soa<double> memory(count);
   const auto state = memory.view();
   for (std::size_t i = 0; i < count; ++i) {
@@ -332,9 +332,9 @@ TEST_CASE("a .pvtp in pieces: each has its own particles and cells, and marks wh
   const auto writer = make_writer<double>({.target = folder / "a.pvtp", .particles = count, .states = 1});
   writer->write({.step = 0, .time = 0}, state);
   writer->finish();
-  CHECK(folder.entries() == 4);  // one process: one piece, two indices and their times
+  CHECK(folder.entries() == 4);  // one process: one piece, two index files and their times
 
-  // Each of two ranks writes its own particles and those that its cells reach.
+  // Each of two ranks writes its own particles and those that its cells use.
   const std::vector<std::uint32_t> owner{0, 0, 1, 0, 0, 1, 1};
   int number = 0;
   for (const FilePiece& piece : pieces_of(quads, owner, 2)) {
@@ -427,7 +427,7 @@ TEST_CASE_TEMPLATE("a .pc2 of a grid, byte by byte, in float32 whatever the run'
   }
 }
 
-// The lines of a .obj that start with `element` and a space, without them.
+// The rest of the lines of a .obj that start with `element` and a space.
 std::vector<std::string> elements(const std::string& obj, char element) {
   std::vector<std::string> found;
   for (const auto& line : split(obj, '\n')) {
@@ -456,7 +456,7 @@ TEST_CASE_TEMPLATE("the .obj beside a .pc2 is its first state, with indices from
   States<T>().write(folder / "c.pc2", 2, triangle);
   CHECK(elements(folder.read("c.obj"), 'f') == Lines{"1 2 3"});
   CHECK(elements(folder.read("c.obj"), 'l') == Lines{"3 2"});
-  // The particle that nothing joins is held by a line to itself: Blender would drop it.
+  // A particle without a joint gets a line to itself, because Blender would drop it.
   States<T>().write(folder / "d.pc2", 2, pair);
   CHECK(elements(folder.read("d.obj"), 'l') == Lines{"1 3", "2 2"});
 }
@@ -536,7 +536,7 @@ TEST_CASE("a target that cannot be written is known before the run") {
   CHECK(folder.entries() == 7);
 }
 
-// Two states, of three particles and of one.
+// Two states, with three particles and with one.
 void write_changing(const std::filesystem::path& target) {
   const auto writer = make_writer<float>({.target = target, .particles = particles, .states = 2, .counts = Counts::changing});
   States<float> states;

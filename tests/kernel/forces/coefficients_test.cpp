@@ -13,9 +13,8 @@
 using namespace dvdx;
 using namespace dvdx::test;
 
-// z and q are given for h = 1, where W = z^2 is rounded: the half ulp of W is z/2 half ulps of phase, which belongs to the
-// input and not to the coefficients. The exact z of the rounded W is therefore taken, and the oracle moved along its
-// derivative.
+// z and q are given for h = 1. W = z^2 is rounded by half an ulp, a phase of z/2 half ulps. That error belongs to the input and
+// not to the coefficients, so the oracle is moved along its derivative to the exact z of the rounded W.
 TEST_CASE("spring and drag coefficients are within 4 eps in double and 2 ulp in float") {
   const Oracle oracle("coefficients.csv");
   Worst spring_error, drag_error, float_error;
@@ -70,7 +69,7 @@ TEST_CASE("a step of no time is the identity") {
   CHECK(f.constant.x == 0);
 }
 
-// det of one step minus 1, summed over springs of z_i as the text's modes do.
+// det of one step minus 1, summed over springs of z_i like Brown's separate modes.
 TEST_CASE("the separate modes have the determinants that theory gives them") {
   const double h = 0.01;
   for (const double ratio : {1.0, 4.0, 10.0}) {

@@ -39,7 +39,7 @@ struct Scale {
   double length, speed;
 };
 
-// The scale of the motion: the largest length and speed that enter it.
+// The scale of the motion: the largest length and speed in it.
 Scale scale(const Oracle::Row& row) {
   const double reach = std::max({std::abs(row["x0"]), std::abs(row["c_"]), std::abs(row["x_m"]), 1e-3});
   return {reach, std::max({std::abs(row["v0"]), std::abs(row["u_"]), std::abs(row["v_m"]), std::sqrt(row["W_"]) * reach})};
@@ -62,10 +62,10 @@ TEST_CASE("combined: one step of any length, and 1000 steps, are the closed form
       CHECK(std::abs(at.v - exact.v) <= bar * s.speed);
     };
     check(one, run(row, combined(W, g, t), 1), 4e-15);
-    // In lanes the phase is known to z eps.
+    // Coefficients from lanes have a phase accurate to z eps.
     check(lanes, run(row, combined_in_lanes(W, g, t), 1), 1e-14 + 4e-16 * std::sqrt(W) * t);
     if (i % 4 == 0) {
-      // t/1000 is rounded: up to half an ulp of phase, 1000 times, belongs to the input.
+      // t/1000 is rounded by up to half an ulp. That phase error, 1000 times, belongs to the input.
       const double rounding = std::abs(std::fma(1000.0, t / 1000, -t)) * std::max(std::sqrt(W), 1.0);
       check(thousand, run(row, combined(W, g, t / 1000), 1000), 1e-12 + 2 * rounding);
     }
@@ -188,7 +188,7 @@ TEST_CASE("a particle in space on several springs, in drag, wind, gravity and a 
         error_x = std::max(error_x, std::abs(at.x - x));
         error_v = std::max(error_v, std::abs(at.v - v));
       }
-      // W and t/n are rounded: half an ulp is z/2 of phase.
+      // W and t/n are rounded: half an ulp is a phase of z/2.
       const double z = std::max(std::sqrt(W), Omega) * t;
       speed = std::max(speed, std::sqrt(W) * length);
       (n == 1 ? one : many).see(std::max(error_x / length, error_v / speed));
@@ -229,13 +229,13 @@ TEST_CASE("time runs backwards") {
       for (int n = 0; n < 100; ++n) at = stepped(at, back, 0.25, -9.81 * back.constant.v, -9.81 * back.constant.x);
       CAPTURE(W);
       CAPTURE(g);
-      // The loss on the way there grows by exp(g t) at worst, and by exp(g t/2) where the motion oscillates.
+      // The loss on the way forth grows by at most exp(g t), or by exp(g t/2) if the motion oscillates.
       const double growth = std::exp(g * 100 * h * (4 * W > g * g ? 0.5 : 1.0));
       CHECK(std::abs(at.x - 1) < 1e-11 * growth);
       CHECK(std::abs(at.v + 2) < 1e-11 * growth * std::max(1.0, std::sqrt(W)));
     }
   }
-  // One step of strong damping and back.
+  // One strongly damped step forth and back.
   for (const double q : {1.0, 10.0, 50.0}) {
     const Combined forth = combined(7, q, 1), back = combined(7, q, -1);
     const Matrix a = matrix(forth), b = matrix(back);

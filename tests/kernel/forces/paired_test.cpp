@@ -19,13 +19,13 @@ struct Point {
   T x, v;
 };
 
-// The fused step in float, as the pass does it.
+// The fused step in float, with the operations of the pass.
 Point<float> stepped(Point<float> at, const FusedF& k, float c, float P, float Q) {
   const float e = at.x - c;
   return {at.x + ((k.S * at.v - k.C * e) + Q), at.v + (P - (k.A * e + k.B * at.v))};
 }
 
-// The exact step with a state of floats: the least that storing floats costs.
+// The exact step with a float state: the least possible cost of storing floats.
 Point<float> stepped(Point<float> at, const Combined& k, double c, double P, double Q) {
   const double x = at.x, v = at.v, e = x - c;
   return {static_cast<float>(x + ((k.S * v - k.C * e) + Q)), static_cast<float>(v + (P - (k.A * e + k.B * v)))};

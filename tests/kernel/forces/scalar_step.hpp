@@ -1,4 +1,4 @@
-// One axis stepped by the letters of contribution.hpp, as plainly as they can be written.
+// One axis stepped with the letters of contribution.hpp, in their plainest form.
 #pragma once
 
 #include <algorithm>
@@ -13,13 +13,13 @@ struct AxisState {
   double x = 0, v = 0;
 };
 
-// dv = P - A e - B v, dx = Q - C e - D v on top of the free flight.
+// dv = P - A e - B v, dx = Q - C e - D v, added to the free flight.
 inline AxisState stepped(AxisState at, const Contribution& f, double h, double anchor, double P = 0, double Q = 0) {
   const double e = at.x - anchor;
   return {at.x + h * at.v + (Q - f.C * e - f.D * at.v), at.v + (P - f.A * e - f.B * at.v)};
 }
 
-// The fused form, whose S = h - D.
+// The fused form with S = h - D.
 inline AxisState stepped(AxisState at, const Combined& f, double anchor, double P, double Q) {
   const double e = at.x - anchor;
   return {at.x + ((f.S * at.v - f.C * e) + Q), at.v + (P - (f.A * e + f.B * at.v))};

@@ -1,4 +1,4 @@
-// Sums that no order and no split of their terms changes.
+// Sums that do not depend on the order or the split of their terms.
 #include "math/exact_sum.hpp"
 
 #include <doctest/doctest.h>
@@ -76,7 +76,7 @@ TEST_CASE("an exact sum depends on neither the order of the terms nor how they a
   }
 }
 
-// Sizes that lanes take whole, in part and not at all, zeros, and what is not finite.
+// Sizes that lanes accept completely, in part and not at all, zeros, and non-finite values.
 TEST_CASE("an exact sum by lanes has every digit of the sum of each term by itself") {
   std::mt19937_64 random(11);
   std::uniform_real_distribution<double> digits(-1, 1);
@@ -111,7 +111,7 @@ TEST_CASE("an exact sum by lanes has every digit of the sum of each term by itse
   }
 }
 
-// As many as fill the lanes' sums to the brim, all of one sign.
+// Enough terms of one sign to fill the lanes' sums to their limit.
 TEST_CASE("an exact sum by lanes is exact however many terms it takes") {
   dvdx::ExactLanes lanes;
   Words words{};

@@ -14,8 +14,8 @@ using namespace dvdx::test;
 
 namespace psi_test {
 
-// The size around which psi_k swings: its own value, or where it oscillates through zero, its amplitude exp(-q/2)/z^k. A
-// response that has died away to nothing is measured by a trace of its largest value, which is below 1/q.
+// The scale of psi_k's error: its own value or, if it oscillates through zero, the amplitude exp(-q/2)/z^k. A response that has
+// decayed to nothing is measured relative to a tiny part of its largest value, which is below 1/q.
 double envelope(int k, double exact, double w, double q) {
   if (k == 0) return 1;
   const double swing = 4 * w > q * q ? std::exp(-q / 2) * std::pow(w, -0.5 * k) : 0.0;

@@ -20,7 +20,7 @@ struct Phase2 {
   T e, v;
 };
 
-// The three shears, as the pass does them about an anchor at 0.
+// The three shears about an anchor at 0, with the operations of the pass.
 template <class T, class Coefficients>
 Phase2<T> sheared(Phase2<T> at, const Coefficients& k) {
   const auto sign = static_cast<T>(k.sign), t1 = static_cast<T>(k.t1), s = static_cast<T>(k.s), t2 = static_cast<T>(k.t2);
@@ -52,7 +52,7 @@ TEST_CASE("three shears are the exact step of an oscillator at every angle and d
       }
     }
     CAPTURE(damping);
-    // Damped, C/A loses digits near z = n pi; floats are all that is made of it.
+    // With damping, C/A loses digits near z = n pi. Only floats are made from it.
     CHECK(error.worst() < (damping == 0 ? 1e-14 : 1e-9));
     CHECK(reach.worst() <= 1 + 1e-12);
   }

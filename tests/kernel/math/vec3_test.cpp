@@ -1,4 +1,4 @@
-// Lengths and directions: right at every scale, by bits that no math library can change.
+// Lengths and directions: correct at every scale, with bits that no math library can change.
 #include "math/vec3.hpp"
 
 #include <doctest/doctest.h>

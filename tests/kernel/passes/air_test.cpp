@@ -1,4 +1,4 @@
-// Air on triangles: closed forms of a flat plate, what may never grow, the order, and the scalar twins' bits.
+// Air on triangles: closed forms of a flat plate, quantities that must never grow, the order, and the bits of the scalar twins.
 #include <doctest/doctest.h>
 
 #include <algorithm>
@@ -37,7 +37,7 @@ Joined in_air(Joined joined, const Aerodynamics& air, Wind wind) {
   return joined;
 }
 
-// A flat square metre in the plane y = 0 at rest, without springs, whose particles weigh as much as they have of the triangles.
+// A flat square metre at rest in the plane y = 0, without springs. The masses are the particles' shares of the triangles.
 Joined plate(std::size_t rows, std::size_t columns, const Aerodynamics& air, const Vec3& wind, double mass) {
   Joined joined = in_air(test::sheet(rows, columns, 0), air, {.mean = wind});
   joined.scene.forces.clear();
@@ -96,12 +96,12 @@ TEST_CASE("air: the force on a flat plate at 0, 45 and 90 degrees") {
   constexpr double U = 8;
   constexpr double h = 1e-7;
   const Aerodynamics air{.density = rho, .drag = 1.1, .lift = 0.7};
-  const double q = rho * U / 2;  // kg/s, of a square metre
+  const double q = rho * U / 2;  // kg/s, for a square metre
   struct Case {
     Vec3 wind, force;
   };
   const double c = std::sqrt(0.5);
-  const double along = air.drag * q * U * c - air.lift * q * c * c * U;  // of the unit vector of the wind
+  const double along = air.drag * q * U * c - air.lift * q * c * c * U;  // along the wind's unit vector
   const std::array<Case, 4> cases{{{{0, U, 0}, {0, air.drag * q * U, 0}},
                                    {{0, -U, 0}, {0, -air.drag * q * U, 0}},
                                    {{U, 0, 0}, {0, 0, 0}},
@@ -142,7 +142,7 @@ TEST_CASE("air: a sheet that falls face on reaches its terminal speed") {
   of.scene.add(Constant{.acceleration = {0, -9.81, 0}});
   of.step = 1.0 / 240;
   const double speed = std::sqrt(2 * mass * 9.81 / (rho * air.drag));
-  // Where a step ends with half of its air, or with all, gravity's next half or whole is still to come.
+  // If a step ends with half or all of its air, half or all of gravity's next part is still to come.
   const double apart = 1e-3 * speed + 0.51 * 9.81 * of.step;
   for (const Coupling& coupling : couplings()) {
     const std::vector<double> values = stepped<double>(with(of, coupling), {}, 480);
@@ -212,7 +212,7 @@ TEST_CASE(
       }
     }
   }
-  // One plate, whose pulse is a single turn and shortening of u.
+  // One plate, whose pulse only turns and shortens u.
   for (const double lift : {0.0, 0.5, 3.0}) {
     for (const double h : {0.01, 1.0, 1e4}) {
       for (double angle = 0.05; angle < 1.57; angle += 0.1) {
@@ -221,7 +221,7 @@ TEST_CASE(
         of.step = h;
         const std::vector<double> values = stepped<double>(with(of, {.substeps = 1}), {}, 1);
         const Vec3 p = momentum(of, values);
-        const double across = of.scene.wind.mean[1] - p[1] / 0.1;  // what is left of u along the normal
+        const double across = of.scene.wind.mean[1] - p[1] / 0.1;  // the remaining u along the normal
         CHECK(across >= 0);
         CHECK(std::hypot(of.scene.wind.mean[0] - p[0] / 0.1, across) <= 9 * (1 + 1e-12));
       }
@@ -238,7 +238,7 @@ TEST_CASE("air: of second order by every scheme, with springs, gusts and lift" *
   };
   for (const double damping : {0.0, 0.002}) {
     grid_of(flag).damping = damping;
-    const std::vector<double> finest = end_of(flag, Scheme::leapfrog, 8192);  // the list's, too, but for rounding
+    const std::vector<double> finest = end_of(flag, Scheme::leapfrog, 8192);  // also the list's, except for rounding
     for (const Joined& form : grid_and_list(flag)) {
       for (const auto& [scheme, least] :
            {std::pair{Scheme::leapfrog, 128}, {Scheme::fourth_order, 64}, {Scheme::sequential, 256}}) {
@@ -247,7 +247,7 @@ TEST_CASE("air: of second order by every scheme, with springs, gusts and lift" *
           const std::vector<double> values = end_of(form, scheme, substeps);
           double error = 0;
           for (std::size_t k = 0; k < values.size(); ++k) error = std::max(error, std::abs(values[k] - finest[k]));
-          const int number = static_cast<int>(scheme);  // clang++ 14 captures no structured binding
+          const int number = static_cast<int>(scheme);  // clang++ 14 cannot capture a structured binding
           if (coarse != 0)
             CHECK_MESSAGE(std::log2(coarse / error) > 1.8, form.name << ", scheme " << number << ", damping " << damping << ", "
                                                                      << substeps << " sub-steps: " << error << ", order "
@@ -278,14 +278,14 @@ TEST_CASE("air: the bits depend neither on the instruction set, nor on threads, 
       CHECK_MESSAGE(test::difference(wanted, stepped<T>(of, run, 2)) == "", of.name << ' ' << name(isa));
     }
   };
-  const Joined wide = in_air(test::sheet(2, 600, 30), {}, wind);  // more than a stripe
+  const Joined wide = in_air(test::sheet(2, 600, 30), {}, wind);  // wider than a stripe
   check(float{}, with(wide, {.substeps = 20}), Arithmetic::separate);
   check(double{}, with(wide, {.substeps = 20}), Arithmetic::contracted);
   std::size_t turn = 0;  // precisions and arithmetics take turns
   for (const Joined& scene : scenes) {
     for (const Joined& form : grid_and_list(scene)) {
       for (Coupling coupling : couplings()) {
-        if (coupling.scheme == Scheme::sequential) coupling.substeps = 2;  // any number will do, and none has to be found
+        if (coupling.scheme == Scheme::sequential) coupling.substeps = 2;  // any number is allowed, so none is searched
         const bool is_odd = turn++ % 2 != 0;
         check(float{}, with(form, coupling), is_odd ? Arithmetic::contracted : Arithmetic::separate);
         check(double{}, with(form, coupling), is_odd ? Arithmetic::separate : Arithmetic::contracted);
@@ -314,7 +314,7 @@ TEST_CASE("air: kinematic particles are not moved by it, and their velocity coun
     for (const Coupling& coupling : couplings()) {
       const std::vector<double> values = stepped<double>(with(form, coupling), {}, 1);
       CHECK(is_close(values[4], -6, 1e-12));
-      // Two of three corners at 6 m/s, and all of them, through air at rest: the fourth particle is a corner of both triangles.
+      // Each triangle has two of its three corners at 6 m/s in still air. The fourth particle is a corner of both triangles.
       const double u = 4;
       const double force = 2 * air.density * 0.5 * u * u / 2 / 3;
       CHECK(is_close(values[6 * 3 + 4] * carried.scene.mass[3] / carried.step, force, 1e-3));
@@ -328,7 +328,7 @@ TEST_CASE("air: a triangle with a torn side meets none") {
   grid_of(of).broken = {{0, 1}, {0, 3}, {0, 4}};
   for (const Joined& form : grid_and_list(of)) {
     const std::vector<double> values = stepped<double>(form, {}, 1);
-    CHECK(values[4] == 0);  // the corner, whose two triangles have torn sides
+    CHECK(values[4] == 0);  // the corner particle: both of its triangles have torn sides
     CHECK(values[6 * 8 + 4] > 0);
   }
 }
@@ -381,7 +381,7 @@ TEST_CASE("air: the wind may change while a plan runs, and what fails changes no
     batch.view().clock = {};
     REQUIRE(clone.step(batch.view(), 4) == StepResult::done);
     CHECK(test::difference(stepped<double>(from, {.isa = best_isa()}, 4), test::values_of(batch.view())) == "");
-    REQUIRE(clone.set_wind(after.scene.wind).has_value());  // alone now, or not: the same
+    REQUIRE(clone.set_wind(after.scene.wind).has_value());  // shared or not, the result is the same
     test::place(from, batch.view());
     batch.view().clock = {};
     REQUIRE(clone.step(batch.view(), 4) == StepResult::done);

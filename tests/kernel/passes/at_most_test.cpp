@@ -1,4 +1,4 @@
-// Limits: `at_most` constraints that share particles. They rest, they keep their lengths, and more iterations are never worse.
+// Limits: `at_most` constraints that share particles. They rest, keep their lengths, and more iterations never make them worse.
 #include <doctest/doctest.h>
 
 #include <algorithm>
@@ -19,7 +19,7 @@ using test::Joined;
 using test::Run;
 using test::stepped;
 
-// Held at both ends, n particles that hang on their own lengths: a parabola is at rest.
+// n particles held at both ends that hang with their own lengths: a parabola is at rest.
 Joined hanging(std::uint32_t n) {
   Joined joined;
   joined.name = "chain of " + std::to_string(n);
@@ -36,7 +36,7 @@ Joined hanging(std::uint32_t n) {
   return joined;
 }
 
-// Rows and columns of 12 x 12 particles below what is fixed: the top row, or its two corners.
+// Rows and columns of 12 x 12 particles below the fixed ones: the top row, or its two corners.
 Joined curtain(bool hangs_at_corners) {
   constexpr std::uint32_t side = 12;
   Joined joined;
@@ -55,7 +55,7 @@ Joined curtain(bool hangs_at_corners) {
 }
 
 struct Seen {
-  double speed = 0, stretch = 0, energy = 0;  // energy: J per particle of 1 kg above that of the start, of the heaviest
+  double speed = 0, stretch = 0, energy = 0;  // energy: the largest excess over the start's, J/kg
 };
 
 double length(const std::vector<double>& values, const Pair& pair) {
@@ -75,7 +75,7 @@ double energy(const Joined& joined, const std::vector<double>& values) {
   return sum / mass;
 }
 
-// After each of so many lots of steps; the speed after the last.
+// Observed after each of `lots` runs of `steps` steps; the speed is that after the last.
 template <class T>
 Seen watched(Joined joined, int iterations, int substeps, std::size_t lots, std::size_t steps) {
   joined.scene.coupling.iterations = iterations;
@@ -103,7 +103,7 @@ Seen watched(Joined joined, int iterations, int substeps, std::size_t lots, std:
   return seen;
 }
 
-// Chains that run through each other and end in each other, of all masses, slack and taut, held here and there.
+// Chains that cross and meet, of all masses, slack and taut, held at several places.
 Joined tangle() {
   Joined joined = curtain(true);
   joined.name = "tangle";
@@ -214,7 +214,7 @@ TEST_CASE("limits: every ISA gives the scalar reference's bits") {
   slow.scene.mass = Scalars(masses);
   for (Joined joined : {slow, tangle()}) {
     const bool is_slow = joined.x.size() == 24;
-    // Each with every precision and every arithmetic.
+    // Both scenes with every precision and every arithmetic.
     check_bits<float>(joined, is_slow ? Arithmetic::separate : Arithmetic::contracted);
     check_bits<double>(joined, is_slow ? Arithmetic::contracted : Arithmetic::separate);
     joined.step = -joined.step;

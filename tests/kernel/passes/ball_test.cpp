@@ -1,4 +1,4 @@
-// Balls that particles stay in or out of: the twins' bits, the pendulum's closed form, and that no energy is given.
+// Balls that particles stay inside or outside: the twins' bits, the pendulum's closed form, and no gain of energy.
 #include <doctest/doctest.h>
 
 #include <algorithm>
@@ -27,7 +27,7 @@ constexpr double infinite = std::numeric_limits<double>::infinity();
 
 // ---- the pass by itself -------------------------------------------------------------------------------------------------
 
-// Columns of a pass over 96 balls, the last ten of which belong to no particle.
+// The columns of a pass over 96 balls, of which the last ten belong to no particle.
 template <class T>
 struct Columns {
   static constexpr std::size_t balls = 96, particles = 86, size = 128;
@@ -37,7 +37,7 @@ struct Columns {
   WorkColumns<T> work;
   BallTerms<T> terms;
 
-  // In a row: the elements are side by side, but for two that change places.
+  // With `in_a_row` the elements are contiguous, except for two that are swapped.
   Columns(double per_step, bool in_a_row) {
     const auto axes = [&](std::size_t first) {
       return std::array<T*, 3>{memory[first].data(), memory[first + 1].data(), memory[first + 2].data()};
@@ -59,7 +59,7 @@ struct Columns {
   Columns(const Columns&) = delete;
   Columns& operator=(const Columns&) = delete;
 
-  // Some far inside, some on the ball, some beyond it, some that go right through it; bad and held ones among them.
+  // Particles far inside, on the ball, beyond it, and passing right through it, with bad and held ones among them.
   void fill(std::size_t seed) {
     for (std::size_t s = 0; s < balls; ++s) {
       const auto i = static_cast<std::size_t>(element[s]);
@@ -88,7 +88,7 @@ struct Columns {
     }
   }
 
-  // All are far from breaking the bound, but for one that goes right through its ball and, of at_most, out.
+  // All particles are far from the bound, except for one that passes right through its ball and, for at_most, out of it.
   void keep_calm(Bound bound, std::size_t one) {
     for (std::size_t s = 0; s < balls; ++s) {
       const auto i = static_cast<std::size_t>(element[s]);
@@ -131,7 +131,7 @@ Joined in_ball(const Vec3& x, const Vec3& v, double r, double step) {
   return joined;
 }
 
-// s, of a pendulum of length 1 m that starts at rest, `angle` from the lowest point: by the arithmetic-geometric mean.
+// s: the period of a pendulum of 1 m that starts at rest at `angle` from its lowest point, by the arithmetic-geometric mean.
 double period(double angle, double g) {
   double a = 1, b = std::cos(angle / 2);
   for (int k = 0; k < 8; ++k) {
@@ -142,7 +142,7 @@ double period(double angle, double g) {
   return 2 * pi / std::sqrt(g) / a;
 }
 
-// m, off the place on the other side where it must be at rest after half a period.
+// m: the distance from the place on the other side where the pendulum must be at rest after half a period.
 double pendulum_error(std::size_t steps) {
   const double g = 9.81, angle = 1.2;
   Joined joined = in_ball({std::sin(angle), -std::cos(angle), 0}, {}, 1, period(angle, g) / 2 / static_cast<double>(steps));
@@ -248,7 +248,7 @@ TEST_CASE("ball: in free flight within a ball the tangential velocity is kept, t
   for (std::size_t k = 0; k < 200; ++k) {
     const Vec3 start{0.3 * scatter(k, 0), 0.3 * scatter(k, 1), 0.3 * scatter(k, 2)};
     const Vec3 v{4 * scatter(k, 3), 4 * scatter(k, 4), 4 * scatter(k, 5)};
-    // Where it meets the ball of 1 m, and what of v is across the normal there.
+    // The place where the path meets the ball of 1 m, and the part of v tangential to it there.
     const double sv = start[0] * v[0] + start[1] * v[1] + start[2] * v[2];
     const double vv = v[0] * v[0] + v[1] * v[1] + v[2] * v[2];
     const double ss = start[0] * start[0] + start[1] * start[1] + start[2] * start[2];
@@ -256,14 +256,14 @@ TEST_CASE("ball: in free flight within a ball the tangential velocity is kept, t
     double pv = 0;
     for (std::size_t axis = 0; axis < 3; ++axis) pv += (start[axis] + t * v[axis]) * v[axis];
     const double across = vv - pv * pv;
-    // The way within 1/16 of a step after the impact is taken for a longer one.
+    // A remainder of less than 1/16 of a step after the impact is treated as a longer one.
     const double step = 1.0 / 30;
     const auto steps = static_cast<std::size_t>(t / step) + 1;
     const double left = static_cast<double>(steps) * step - t;
     if (left < step / 16 || across * step * step > 0.5) continue;
     const auto at = stepped<double>(in_ball(start, v, 1, step), {}, steps);
     CHECK(test::is_close(energy(at), across, 1e-9));
-    // Round and round after that: nothing is gained or lost.
+    // The particle then circles on the ball without gain or loss.
     const auto later = stepped<double>(in_ball(start, v, 1, step), {}, steps + 300);
     CHECK(test::is_close(energy(later), across, 1e-7));
     CHECK(test::is_close(std::hypot(later[0], later[1], later[2]), 1, 1e-12));

@@ -148,14 +148,14 @@ TEST_CASE("a path that dips into a plane or a sphere between two ends outside is
         scene.add(surface);
         const Fall end = after_step<double>(scene, start);
         CHECK(std::abs(energy(end) / energy(start) - 1) <= 1e-10);
-        CHECK(std::abs(end.y - start.y) > 1e-9);  // where it would have ended
+        CHECK(std::abs(end.y - start.y) > 1e-9);  // the end of the path without the floor
         CHECK(end.y >= 0);
       }
     }
   }
 }
 
-// x = x0 + v t + drive of 4 m/s^2 sin(Omega t), without spring and drag: the parabola is not its path.
+// x = x0 + v t + the drive of 4 m/s^2 sin(Omega t), without spring and drag: the path is not a parabola.
 TEST_CASE("a force of time bends the path on which an impact is looked for") {
   for (const double theta : {0.1, 0.5, 1.0}) {
     const double Omega = theta / hz60;

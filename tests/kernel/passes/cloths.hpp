@@ -1,4 +1,4 @@
-// Scenes whose particles are joined, and their starts.
+// Scenes with joined particles, and their starts.
 #pragma once
 
 #include <algorithm>
@@ -32,7 +32,7 @@ void place(const Joined& joined, State<T>& state) {
   }
 }
 
-// A number from -1 to 1 that depends on nothing but its arguments.
+// A number from -1 to 1 that depends on its arguments only.
 inline double scatter(std::size_t i, std::size_t k) {
   std::uint64_t z = (i * 3 + k + 1) * 0x9E3779B97F4A7C15U;
   z = (z ^ (z >> 30)) * 0xBF58476D1CE4E5B9U;
@@ -40,7 +40,7 @@ inline double scatter(std::size_t i, std::size_t k) {
   return static_cast<double>((z ^ (z >> 31)) >> 11) * 0x1p-52 - 1;
 }
 
-// A sheet of one metre by one, hung by the corners of its first row, a little crumpled and moving.
+// A sheet of one metre by one, hung by the corners of its first row, slightly crumpled and moving.
 inline Joined sheet(std::size_t rows, std::size_t columns, double k, double damping = 0) {
   Joined joined;
   Grid grid{.rows = rows, .columns = columns, .edge_u = {1, 0, 0}, .edge_v = {0, 0, 1}, .structural = k, .shear = k / 2};
@@ -66,7 +66,7 @@ inline Joined as_list(Joined joined) {
   return joined;
 }
 
-// The same with a weak spring across, so that sweeps walk no sheet: its springs in colours, not in strands.
+// The same with a weak spring across. Sweeps then find no sheet and take the springs in colours, not in strands.
 inline Joined with_spring_across(Joined list) {
   auto& springs = std::get<Springs>(list.scene.networks[0]);
   const auto end = [&](std::size_t n) { return static_cast<std::uint32_t>(n * (list.x.size() - 1) / 7); };
@@ -82,7 +82,7 @@ inline Joined with_spring_across(Joined list) {
   return list;
 }
 
-// Where each particle of a batch goes.
+// The new place of each particle of a batch.
 inline std::vector<std::uint32_t> shuffled(std::size_t count) {
   std::vector<std::uint32_t> place(count);
   std::iota(place.begin(), place.end(), 0U);
@@ -119,14 +119,14 @@ inline Joined in_order(const Joined& list, const std::vector<std::uint32_t>& pla
   return moved;
 }
 
-// Places in another order but for the first particle's: a walk begins at the corner of least number.
+// New places that keep the first particle: a walk begins at the corner with the least index.
 inline std::vector<std::uint32_t> shuffled_behind_first(std::size_t count) {
   std::vector<std::uint32_t> place = shuffled(count);
   std::swap(place[0], *std::find(place.begin(), place.end(), 0U));
   return place;
 }
 
-// The numbers, six a particle, in the order of a batch whose particle i has moved to place[i].
+// The numbers, six for each particle, of a batch whose particle i has moved to place[i].
 template <class T>
 std::vector<T> in_order(const std::vector<T>& numbers, const std::vector<std::uint32_t>& place) {
   std::vector<T> moved(numbers.size());
@@ -136,7 +136,7 @@ std::vector<T> in_order(const std::vector<T>& numbers, const std::vector<std::ui
   return moved;
 }
 
-// Every scheme for springs, the one whose sweeps carry on and one that does not.
+// Every scheme for springs, including one whose sweeps carry data from step to step and one whose sweeps do not.
 inline std::vector<Coupling> couplings() {
   return {{.scheme = Scheme::leapfrog},
           {.scheme = Scheme::fourth_order},

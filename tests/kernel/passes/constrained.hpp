@@ -1,4 +1,4 @@
-// Particles that constraints join, as tests set them up, and what is measured of them.
+// Test setups of particles joined by constraints, and their measurement.
 #pragma once
 
 #include <cmath>
@@ -27,7 +27,7 @@ inline Joined under_gravity(std::string name, double g) {
   return joined;
 }
 
-// A bob on a rod of length l from a fixed point, at rest at an angle from the vertical.
+// A bob on a rod of length l from a fixed point, at rest at an angle to the vertical.
 inline Joined pendulum(double l, double angle, double g, double step) {
   Joined joined = under_gravity("pendulum", g);
   joined.x = {{0, 0, 0}, {l * std::sin(angle), -l * std::cos(angle), 0}};

@@ -1,4 +1,4 @@
-// Constraints: the bits are the scalar twins', on every instruction set, in every layout, on any number of threads.
+// Constraints have the scalar twins' bits on every instruction set, in every layout, on any number of threads.
 #include <doctest/doctest.h>
 
 #include <cstdint>
@@ -43,7 +43,7 @@ Distance random_pairs(std::uint32_t count, std::size_t pairs, std::size_t seed, 
   return distance;
 }
 
-// Every kind alone and beside the others; chains of many lengths; particles that are fixed, held, shared and of their own mass.
+// Every kind by itself and with the others; chains of many lengths; fixed, held and shared particles, and individual masses.
 std::vector<Joined> bit_scenes() {
   std::vector<Joined> scenes;
   for (const Bound bound : {Bound::equal, Bound::at_most, Bound::at_least}) {
@@ -69,7 +69,7 @@ std::vector<Joined> bit_scenes() {
   all.scene.fixed = {0, 1, 89};
   scenes.push_back(all);
 
-  // Chains of 2 to 36 links, some free, some fixed at an end or at both, some drawn out so far that they only follow.
+  // Chains of 2 to 36 links: free, fixed at one end or at both, and some stretched so far that they only follow.
   Joined chains = heap(0);
   chains.name = "chains";
   Distance links{.pairs = {}, .length = 0.05};
@@ -126,7 +126,7 @@ TEST_CASE_TEMPLATE("constraint: every ISA and layout gives the scalar reference'
   }
 }
 
-// Sixteen pairs whose pulses have summed to infinity. One end has left for infinity at that, so that none of them acts again.
+// Sixteen pairs whose pulses have summed to infinity. One end of each is at infinity, so that no pair acts again.
 template <class T>
 struct Overflown {
   static constexpr std::size_t pairs = 16;
@@ -199,14 +199,14 @@ TEST_CASE("constraint: any number of threads gives the same bits, many particles
   many.scene.add(random_pairs(parallel_from, 6000, 6, Bound::at_most));
   many.scene.fixed = {3, 4, 5};
   constexpr std::size_t links = parallel_from;
-  Joined ropes = rope(links, 0.01 * links);  // of 100 links each, cut by what is fixed
+  Joined ropes = rope(links, 0.01 * links);  // cut by fixed particles into ropes of 100 links
   ropes.scene.fixed.clear();
   for (std::size_t i = 0; i < links; i += 100) ropes.scene.fixed.push_back(i);
   for (const auto& turn : {std::pair{many, 5U}, std::pair{ropes, 2U}}) {
     Joined joined = turn.first;
     const std::size_t threads = turn.second;
     joined.scene.coupling.substeps = 2;
-    joined.scene.coupling.iterations = 2;  // the second sweep is as any later one
+    joined.scene.coupling.iterations = 2;  // the second sweep is like any later one
     const auto plan = plan_of<float>(joined, {.isa = best_isa()});
     const std::string difference =
         test::difference(stepped(joined, plan, {}, 1), stepped(joined, plan, {.threads = threads}, 1));

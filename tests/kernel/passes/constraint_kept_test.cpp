@@ -1,4 +1,4 @@
-// Constraints: what must be kept, bounds, the order of a rope, and particles that are bad.
+// Constraints: conserved quantities, bounds, the order of a rope, and bad particles.
 #include <doctest/doctest.h>
 
 #include <algorithm>
@@ -49,7 +49,7 @@ TEST_CASE("constraint: a free rod keeps its momentum, its spin and its length") 
     const double momentum = v(got, 0, axis) + 3 * v(got, 1, axis);
     CHECK(std::abs(momentum - (rod.v[0][axis] + 3 * rod.v[1][axis])) <= 1e-11);
   }
-  // The rod turns in the plane of its axis and the ends' difference of velocity.
+  // The rod turns in the plane of its axis and its ends' velocity difference.
   const double spin = (x(got, 1, 0) - x(got, 0, 0)) * (v(got, 1, 1) - v(got, 0, 1)) -
                       (x(got, 1, 1) - x(got, 0, 1)) * (v(got, 1, 0) - v(got, 0, 0));
   CHECK(std::abs(spin / 6 - 1) <= 1e-11);
@@ -57,9 +57,9 @@ TEST_CASE("constraint: a free rod keeps its momentum, its spin and its length") 
 }
 
 TEST_CASE("constraint: a rope of 100 links keeps its lengths and its energy") {
-  const Joined coarse = rope(100, 1);  // far fewer sub-steps than its fast motion has: nothing but the lengths is right
+  const Joined coarse = rope(100, 1);  // far too few sub-steps for its fast motion: only the lengths are right
   const Joined fine = with_substeps(coarse, 64);
-  const double depth = 0.1 * 9.81;  // J: what the energy is judged by
+  const double depth = 0.1 * 9.81;  // J: the scale of the energy error
   for (const std::size_t steps : {30U, 60U, 120U}) {
     const auto fine_end = stepped<double>(fine, {.isa = best_isa()}, steps);
     const double change = std::abs(energy(fine, fine_end)) / depth;
@@ -88,7 +88,7 @@ TEST_CASE("constraint: a rope is of second order") {
 }
 
 TEST_CASE("constraint: sweeps over single rods lead where a chain's elimination does") {
-  // A double pendulum, and the same with a rod to nearly nothing at its joint, which makes the other two single.
+  // A double pendulum, and the same with a rod to an almost massless particle at its joint, which makes the other two single.
   Joined chain = rope(2, 2);
   chain.x.push_back({1, 1, 0});
   chain.v.resize(4);
@@ -168,7 +168,7 @@ TEST_CASE("constraint: points and lines hold their particles") {
   for (std::size_t axis = 0; axis < 3; ++axis) CHECK(v(got, 0, axis) == 0);
   CHECK(x(got, 0, 0) == 0.25);
   CHECK(x(got, 0, 1) == 0.5);
-  // Down the line: g 0.6 along it.
+  // The acceleration along the line is 0.6 g.
   const double along = -9.81 * 0.6 / 2;
   CHECK(std::abs(x(got, 1, 0) - 1) <= 1e-14);
   CHECK(std::abs(x(got, 1, 1) - (1 + 0.6 * along)) <= 1e-12);

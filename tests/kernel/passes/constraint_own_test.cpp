@@ -1,4 +1,4 @@
-// Constraints of your own.
+// Constraints supplied by the user.
 #include <doctest/doctest.h>
 
 #include <algorithm>

@@ -1,4 +1,4 @@
-// Constraints: the pendulum's closed form, and a string that is drawn within a step.
+// Constraints: the pendulum's closed form, and a string that becomes taut within a step.
 #include <doctest/doctest.h>
 
 #include <algorithm>
@@ -73,8 +73,8 @@ TEST_CASE("constraint: a pendulum of one metre from 90 degrees, 60 steps a secon
   CHECK(std::abs(energy) <= 1e-2);
 }
 
-// A bob flies until its string of 1 m is drawn, in the middle of the step: (0.5, -0.1) m with (5, 1) m/s reaches (1, 0) m. The
-// string takes the 5 m/s away there, and 1 m/s goes on along the circle for the half of the step that is left.
+// A bob flies until its string of 1 m becomes taut in the middle of the step: (0.5, -0.1) m with (5, 1) m/s reaches (1, 0) m.
+// There the string removes the 5 m/s, and the bob moves on along the circle at 1 m/s for the second half of the step.
 TEST_CASE("constraint: a string that is drawn in the middle of a step takes the speed along it and leaves the speed across") {
   Joined joined;
   joined.x = {{0, 0, 0}, {0.5, -0.1, 0}};

@@ -1,4 +1,4 @@
-// The contact pass: every table of every ISA against the scalar twin bit by bit.
+// The contact pass: every table of every ISA compared with the scalar twin bit by bit.
 #include <doctest/doctest.h>
 
 #include <bit>

@@ -1,4 +1,4 @@
-// The contact pass: what an impact leaves, and bounces against closed forms, by every table of every ISA.
+// The contact pass: the result of an impact, and bounces compared with closed forms, by every table of every ISA.
 #include <doctest/doctest.h>
 
 #include <algorithm>
@@ -54,7 +54,7 @@ TEST_CASE_TEMPLATE("sliding friction takes mu g a second", T, float, double) {
     particles.step(60);
     CHECK(particles.at(1).v == std::array<T, 3>{});
     CHECK(particles.at(1).x[1] == T(0));
-    // at v^2 / (2 mu g), less half a step of the impulse's delay
+    // stops at v^2 / (2 mu g), less half a step of the impulse's delay
     CHECK(std::abs(static_cast<double>(particles.at(1).x[0]) - 4 / (2 * 0.2 * 9.81)) <= 2 * hz60);
   });
 }
@@ -115,7 +115,7 @@ TEST_CASE_TEMPLATE("the seed's response ends the step on the surface", T, float,
 
 TEST_CASE("bounces in closed form") {
   const Oracle times("bounce1d_states.csv");
-  std::size_t turn = 0;  // each row is that of every third table
+  std::size_t turn = 0;  // each row runs on every third table
   for_each_kernels<double>([&](const Kernels<double>& kernels, const std::string& words) {
     CAPTURE(words);
     double worst_y = 0;
@@ -147,12 +147,12 @@ TEST_CASE("bounces in closed form") {
 
 TEST_CASE("impact times in closed form") {
   const Oracle oracle("bounce1d_times.csv");
-  std::size_t turn = 0;  // each row is that of every third table
+  std::size_t turn = 0;  // each row runs on every third table
   for_each_kernels<double>([&](const Kernels<double>& kernels, const std::string& words) {
     CAPTURE(words);
     double worst = 0;
     for (std::size_t i = turn++ % 3; i < oracle.size(); i += 3) {
-      // Step to a quarter of the way between this bounce and the next, and look back for the time of the impact.
+      // Steps to a quarter of the flight after this bounce, and computes the time of the impact backwards.
       const auto row = oracle[i];
       const double e = row["restitution"];
       const double g = row["g_m_s2"];

@@ -1,4 +1,4 @@
-// Meshes as contacts: their distance, and where and when they are hit.
+// Meshes as contacts: their distance, and the place and time of impacts.
 #include <doctest/doctest.h>
 
 #include <algorithm>
@@ -39,7 +39,7 @@ struct Hit {
   Vec3 x, n;
 };
 
-// Where throws first touch the mesh, and its normal there: from what a bounce leaves of them.
+// The places where throws first touch the mesh, and its normals there, derived from the bounces.
 std::vector<Hit> touched_by(TriangleMesh mesh, const std::vector<Throw>& throws) {
   mesh.restitution = 1;
   Joined joined;
@@ -58,7 +58,7 @@ std::vector<Hit> touched_by(TriangleMesh mesh, const std::vector<Throw>& throws)
     const double* const after = values.data() + 6 * i;
     const Vec3 change = difference({after[3], after[4], after[5]}, way);
     REQUIRE(length(change) > 0);
-    // It ends at x + way + (1 - f) change.
+    // The end is x + way + (1 - f) change.
     const double left = dot(difference(difference({after[0], after[1], after[2]}, x), way), change) / dot(change, change);
     hits.push_back({{x[0] + (1 - left) * way[0], x[1] + (1 - left) * way[1], x[2] + (1 - left) * way[2]}, unit(change)});
   }
@@ -103,14 +103,14 @@ TEST_CASE("meshes: the signed distance of triangles is that of the box, outside,
     CHECK(ball.at(x) > wanted - 1e-14);
     CHECK(ball.at(x) < wanted + 2.5e-3);
   }
-  // Beside an edge that looks inwards, and beyond its end.
+  // Beside a concave edge, and beyond its end.
   const SignedDistance angle(angle_of_triangles());
   CHECK(std::abs(angle.at({1.2, 1.3, 0}) - 0.2) < 1e-15);
   CHECK(std::abs(angle.at({0.9, 0.9, 0}) + std::sqrt(0.02)) < 1e-15);
   CHECK(std::abs(angle.at({0.5, 0.8, 0.7}) - 0.2) < 1e-15);
 }
 
-// One face of a steep spike is cut into four, so that the triangles about its tip lean to that side.
+// One face of a steep spike is cut into four, so that more of the triangles at its tip belong to that side.
 TEST_CASE("meshes: inside and outside are told apart about sharp edges and a tip, however the faces are cut") {
   const Vec3 tip{0, 4, 0};
   const auto corner = [](double angle) { return Vec3{std::cos(angle), 0, std::sin(angle)}; };
@@ -129,7 +129,7 @@ TEST_CASE("meshes: inside and outside are told apart about sharp edges and a tip
   };
   std::size_t inside = 0;
   for (std::size_t i = 0; i < 4000; ++i) {
-    const double size = i % 2 == 0 ? 1.5 : 0.2;  // about all of it, and about its tip
+    const double size = i % 2 == 0 ? 1.5 : 0.2;  // around the whole spike, and around its tip
     const Vec3 middle = i % 2 == 0 ? Vec3{0, 2, 0} : tip;
     const Vec3 x{middle[0] + size * test::scatter(i, 0), middle[1] + 1.6 * size * test::scatter(i, 1),
                  middle[2] + size * test::scatter(i, 2)};
@@ -211,7 +211,7 @@ TEST_CASE(
 
 TEST_CASE("meshes: where a ball of triangles is hit, and its normal, are off by what its cell and its faces cost") {
   constexpr double radius = 0.5;
-  // 5120 faces: each lies up to half a millimetre inside the sphere, and is turned against it by up to 0.03 rad.
+  // 5120 faces: each lies up to half a millimetre inside the sphere, and its normal deviates by up to 0.03 rad.
   constexpr double faces = 6e-4;
   constexpr double facets = 0.03;
   for (const double cell : {0.1, 0.05}) {
@@ -242,7 +242,7 @@ TEST_CASE("meshes: a box of triangles is exact but beside its edges, which are r
     for (Vec3& v : box.vertices) v = turned(turn, v);
     box.cell = 0.05;
     const double along = std::sqrt(0.5);
-    std::vector<Throw> throws;  // at a face and at an edge by turns
+    std::vector<Throw> throws;  // at a face and at an edge in turn
     for (std::size_t i = 0; i < 300; ++i) {
       const double a = 0.95 * half[0] * test::scatter(i, 0);
       const double b = 0.95 * half[2] * test::scatter(i, 1);

@@ -1,4 +1,4 @@
-// Meshes as contacts: particles that rest on them, and meshes that move.
+// Meshes as contacts: particles at rest on them, and moving meshes.
 #include <doctest/doctest.h>
 
 #include <algorithm>
@@ -114,7 +114,7 @@ TEST_CASE("meshes: swept at 20 m/s and turned at 30 rad/s through resting partic
       for (std::size_t i = 0; i < count; ++i) {
         const Vec3 r{double{batch.view().x[0][i]}, double{batch.view().x[1][i]},
                      double{batch.view().x[2][i]} - (-0.5 + 20 * t)};
-        // By what the cells cost at an edge; no corner is farther from the middle than 0.24 m.
+        // The cells cost this much at an edge. No corner is farther from the middle than 0.24 m.
         inside += static_cast<std::size_t>(length(r) < 0.25 && exact.at(turned(back, r)) < -0.5 * cell);
         const bool was_in_the_way =
             std::hypot(joined.x[i][0], joined.x[i][1]) < 0.95 * inscribed && joined.x[i][2] < -0.5 + 20 * t;

@@ -1,4 +1,4 @@
-// Meshes as contacts: the bits on every instruction set, a plan that changes, and what is refused.
+// Meshes as contacts: the bits on every instruction set, changes of a plan, and refusals.
 #include <doctest/doctest.h>
 
 #include <algorithm>
@@ -128,7 +128,7 @@ TEST_CASE("meshes: what bounds no body is refused, and so is a cell that does no
   other = box;
   other.triangles.clear();
   CHECK(refusal(other) == "contacts[0].triangles is empty" + closed);
-  // Two boxes, one corner to the other's opposite corner.
+  // Two boxes that touch in opposite corners.
   other = box;
   const TriangleMesh beside = box_of_triangles({4.1, 0.5, 4}, {2, 0.5, 2});
   for (const Vec3& v : beside.vertices) other.vertices.push_back(v);

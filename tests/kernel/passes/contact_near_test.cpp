@@ -1,4 +1,4 @@
-// Many contacts: what a block leaves out of its list changes no bit.
+// Many contacts: the contacts that a block omits from its list change no bit.
 #include <doctest/doctest.h>
 
 #include <cmath>
@@ -19,7 +19,7 @@ using test::Joined;
 using test::scatter;
 using test::stepped;
 
-// Rows of particles, so that those of a block are beside each other, thrown about in a wide box.
+// Rows of particles thrown about in a wide box; the particles of a block are neighbours.
 Joined rows(std::size_t count) {
   Joined joined;
   joined.name = "rows";
@@ -32,8 +32,8 @@ Joined rows(std::size_t count) {
   return joined;
 }
 
-// Adds contacts of all shapes, near each other, so that a particle that bounces off one meets another that is not on the
-// block's list.
+// Adds contacts of all shapes, near each other. A particle that bounces off one then meets another that is not on the block's
+// list.
 void add_many(Scene& scene, std::size_t count) {
   scene.add(Plane{.offset = -1, .restitution = 0.7, .friction = 0.1});
   for (std::size_t j = 0; j < count; ++j) {
@@ -118,7 +118,7 @@ TEST_CASE("many contacts: groups that stand in a row, one of which moves and one
 }
 
 TEST_CASE("many contacts: planes and spheres alone have the bits that few of them have") {
-  // Those that are far count for nothing: with them the scene searches, without it does not.
+  // Distant contacts have no effect: with them the scene searches, without them it does not.
   Joined few = rows(300);
   few.scene.add(Plane{.offset = -0.5, .restitution = 0.5, .friction = 0.3});
   few.scene.add(Sphere{.center = {0.5, 0.2, 0}, .radius = 0.6, .restitution = 0.7});
@@ -127,8 +127,8 @@ TEST_CASE("many contacts: planes and spheres alone have the bits that few of the
   CHECK(test::difference(stepped<double>(few, {.isa = best_isa()}, 60), stepped<double>(many, {.isa = best_isa()}, 60)) == "");
 }
 
-// Looked at some steps together where a call takes many: some blocks meet nothing, some the floor at once, some later, and what
-// bounces is far from all again.
+// A call of many steps examines several steps together. Some blocks meet nothing, some the floor at once, some later, and
+// particles that bounce are far from all contacts again.
 TEST_CASE("a few planes: calls of many steps have the bits of the reference, near and far") {
   Joined joined = rows(700);
   joined.name = "planes";
@@ -154,8 +154,8 @@ TEST_CASE("many contacts: 4096 of them are taken, and the last one is hit") {
   for (std::size_t i = 0; i < 64; ++i) CHECK(values[6 * i + 1] < 0.3F);
 }
 
-// Calls of one step are tried on one side of the box about all surfaces first: from each of its six sides particles come near
-// it, and some of a block before others.
+// A call of one step first tests one side of the bounding box of all surfaces. Particles approach each of its six sides, and
+// some of a block earlier than others.
 TEST_CASE("many contacts: calls of one step beside the box about all of them have the bits of the reference") {
   for (std::size_t side = 0; side < 6; ++side) {
     Joined joined;

@@ -191,7 +191,7 @@ TEST_CASE_TEMPLATE("nothing tunnels", T, float, double) {
       particles.step();
       CHECK(std::abs(static_cast<double>(particles.at(2).x[1]) - (1e5 / 60 - 10)) <= 4 * eps<T> * 1656.667);
     }
-    for (const ContactPath sweep : {ContactPath::curve, ContactPath::line}) {  // a sphere that a step passes right through
+    for (const ContactPath sweep : {ContactPath::curve, ContactPath::line}) {  // a sphere that a single step crosses
       Particles<T> particles(kernels, hz60, still);
       Sphere ball;
       ball.restitution = 1;

@@ -68,7 +68,7 @@ TEST_CASE_TEMPLATE("Both of Brown's pulses act along the normal of a sphere", T,
   for_each_kernels<T>([&](const Kernels<T>& kernels, const std::string& words) {
     CAPTURE(words);
     for (const Side side : {Side::outside, Side::inside}) {
-      // Without acceleration the impact is at a height of 0.3 on a sphere of radius 0.5 exactly.
+      // Without acceleration the impact is exactly at a height of 0.3 on a sphere of radius 0.5.
       Sphere sphere;
       sphere.side = side;
       sphere.radius = 0.5;
@@ -84,7 +84,7 @@ TEST_CASE_TEMPLATE("Both of Brown's pulses act along the normal of a sphere", T,
       const Vec3 kept = sum(hit, 1, tangential(way, n));
       if (side == Side::outside) {
         CHECK(length(dvdx::difference(wide(end.x), kept)) <= 64 * eps<T>);
-      } else {  // on the tangent plane nothing may stay: it goes straight back to the sphere
+      } else {  // on the tangent plane no point may remain: it is projected onto the sphere
         CHECK(length(dvdx::difference(wide(end.x), scaled(unit(kept), 0.5))) <= 64 * eps<T>);
       }
     }
@@ -104,7 +104,7 @@ TEST_CASE_TEMPLATE("A frictionless puck slides by Brown's response as it would w
     particles.step(24);
     CHECK(std::abs(static_cast<double>(particles.at(2).x[0]) - 0.8) <= 24 * eps<T>);
     CHECK(particles.at(2).v[0] == T(2));
-    particles.step(36);  // against the wall: thrown back, with no more of its way lost than that of one step
+    particles.step(36);  // against the wall: thrown back, with a loss of at most one step's distance
     CHECK(particles.at(2).v[0] == T(-2));
     CHECK(particles.at(2).v[2] == T(0.25));
     CHECK(std::abs(static_cast<double>(particles.at(2).x[0])) <= 2 * hz60 + 1e-5);
@@ -160,7 +160,7 @@ TEST_CASE_TEMPLATE("Each impact brakes by the viscosity once, at any step", T, f
     for (const int finer : {1, 10, 100}) {
       Plane floor;
       floor.viscosity = 0.7;
-      {  // one that lands and slides on
+      {  // a particle that lands and slides on
         Particles<T> particles(kernels, hz60 / finer, {0, -9.81, 0});
         particles.add(floor);
         particles.set_all(state<T>({0, 0.5, 0}, {2, 0, 0}));
@@ -169,7 +169,7 @@ TEST_CASE_TEMPLATE("Each impact brakes by the viscosity once, at any step", T, f
         CHECK(std::abs(static_cast<double>(particles.at(8).v[0]) - 2 * kept) <= 4 * eps<T>);
         CHECK(std::abs(static_cast<double>(particles.at(8).x[0]) - (2 * fall + 2 * kept * (1 - fall))) <= 3000 * eps<T>);
       }
-      {  // one that comes back three times, the first time from the floor itself
+      {  // a particle that returns three times, the first time from the floor itself
         floor.restitution = 1;
         Particles<T> particles(kernels, hz60 / finer, {0, -9.81, 0});
         particles.add(floor);

@@ -1,4 +1,4 @@
-// Particles that surfaces hold: one, two and three of them, with friction, and what bounces while it is held.
+// Particles held by one, two or three surfaces, with friction, and bounces of held particles.
 #include <doctest/doctest.h>
 
 #include <algorithm>
@@ -20,7 +20,7 @@ Plane plane(const Vec3& normal, double offset, double restitution, double fricti
   return {.normal = normal, .offset = offset, .restitution = restitution, .friction = friction};
 }
 
-// The nearest to d of the points that are in front of three planes through the origin.
+// The point nearest to d in front of three planes through the origin.
 Vec3 nearest_in_front(const std::array<Vec3, 3>& n, const Vec3& d) {
   std::vector<Vec3> candidates = {d, {}};
   for (std::size_t k = 0; k < 3; ++k) {
@@ -36,7 +36,7 @@ Vec3 nearest_in_front(const std::array<Vec3, 3>& n, const Vec3& d) {
   return nearest;
 }
 
-// The walls used to take turns at the beginning of the step until its impacts were used up.
+// A past defect: the two walls hit alternately at the start of the step until all impacts of the step were used.
 TEST_CASE_TEMPLATE("a particle pressed onto two walls keeps its bounce on a third surface", T, float, double) {
   for_each_kernels<T>([](const Kernels<T>& kernels, const std::string& words) {
     CAPTURE(words);
@@ -92,7 +92,7 @@ TEST_CASE_TEMPLATE("particles that wind presses into a corner of three planes co
   });
 }
 
-// A groove of two planes slopes down; its pressures are g cos/(2 cos of half its opening) each.
+// A groove of two planes slopes down. The pressure on each is g cos/(2 cos of half the opening angle).
 TEST_CASE_TEMPLATE("a particle that lies in a groove slides along it with the friction of both its walls", T, float, double) {
   for_each_kernels<T>([](const Kernels<T>& kernels, const std::string& words) {
     CAPTURE(words);
@@ -113,8 +113,8 @@ TEST_CASE_TEMPLATE("a particle that lies in a groove slides along it with the fr
   });
 }
 
-// Down the edge of two planes onto a third that leans over: it goes on along another edge, and is not caught.
-// It used to cross the groove's edge as often as a step has impacts, and went on from there with what gravity had given it.
+// A past defect: a particle crossed the groove's edge as often as a step has impacts, and left with the speed gained from
+// gravity.
 TEST_CASE_TEMPLATE("particles that slide from wall to wall of a wide groove come to rest in it", T, float, double) {
   for_each_kernels<T>([](const Kernels<T>& kernels, const std::string& words) {
     CAPTURE(words);
@@ -145,7 +145,7 @@ TEST_CASE_TEMPLATE("a particle pressed from the tip of three walls goes where th
                    double) {
   for_each_kernels<T>([](const Kernels<T>& kernels, const std::string& words) {
     CAPTURE(words);
-    for (std::size_t i = 0; i < 500; ++i) {  // of 383 and 461 the first surface lets go, of 22 others the second
+    for (std::size_t i = 0; i < 500; ++i) {  // cases 383 and 461 leave the first surface, 22 others the second
       std::array<Vec3, 3> n;
       for (std::size_t k = 0; k < 3; ++k) n[k] = unit({scatter(i, 3 * k), scatter(i, 3 * k + 1), scatter(i, 3 * k + 2)});
       if (std::abs(dot(n[0], cross(n[1], n[2]))) < 0.3) continue;
@@ -167,7 +167,7 @@ TEST_CASE_TEMPLATE("a particle pressed from the tip of three walls goes where th
 TEST_CASE_TEMPLATE("a particle that a third surface stops on one edge goes on along another", T, float, double) {
   for_each_kernels<T>([](const Kernels<T>& kernels, const std::string& words) {
     CAPTURE(words);
-    // Pressed onto the floor and a wall, and along the wall towards a second one that turns it away.
+    // The particle is pressed onto the floor and a wall, and pushed along the wall towards a second one that deflects it.
     Particles<T> particles(kernels, hz60, {6, -9.81, -1});
     particles.add(plane({0, 1, 0}, 0, 0, 0));
     particles.add(plane({0, 0, 1}, 0, 0, 0));
@@ -199,7 +199,7 @@ TEST_CASE_TEMPLATE("A slide along the floor bounces off a wall and slides on", T
   });
 }
 
-// A wall that leans back throws what slides against it up: it flies on as if the floor had never held it.
+// A wall that leans back deflects a sliding particle upwards. The flight is as if the floor had never held it.
 TEST_CASE_TEMPLATE("a particle that a wall throws off the floor flies", T, float, double) {
   for_each_kernels<T>([](const Kernels<T>& kernels, const std::string& words) {
     CAPTURE(words);
@@ -223,7 +223,7 @@ TEST_CASE_TEMPLATE("Bounces that are over within a step are over at its end", T,
     for (const double restitution : {0.1, 0.5, 0.9}) {
       Particles<T> particles(kernels, hz60, {0, -9.81, 0});
       particles.add(plane({0, 1, 0}, 0, restitution, 0));
-      // It falls at 0.01 m/s for 1 ms; the bounces last 2 e v/(g (1 - e)).
+      // The particle falls at 0.01 m/s for 1 ms. The bounces last 2 e v/(g (1 - e)).
       const double speed = 0.01;
       const bool is_over = 2 * restitution * (speed + 9.81e-3) / (9.81 * (1 - restitution)) < hz60 - 1e-3;
       particles.set_all(state<T>({0, speed * 1e-3 + 9.81e-6 / 2, 0}, {3, -speed, 0}));
@@ -236,11 +236,11 @@ TEST_CASE_TEMPLATE("Bounces that are over within a step are over at its end", T,
   });
 }
 
-// ---- registers of particles that fare differently ---------------------------------------------------------------------------
+// ---- registers with particles in different states --------------------------------------------------------------------------
 
-// In turn: at rest on the floor, sliding on it, flying, about to strike it, at rest on a wall that the wind presses onto, in
-// the edge of both, in the corner of all three, and slid from the floor into a wall; of 16 in a row no two register halves are
-// alike.
+// The states in turn: at rest on the floor, sliding on it, flying, about to strike it, at rest on a wall under wind, in the
+// edge of both, in the corner of all three, and sliding from the floor into a wall. No two register halves among 16 in a row
+// are alike.
 State3<double> mixed_start(std::size_t i) {
   const double a = static_cast<double>(i % 37) / 37;
   switch ((i * 5 + i / 16) % 8) {
@@ -265,7 +265,7 @@ State3<double> mixed_start(std::size_t i) {
 
 enum class Masses { alike, each };
 
-// The walls lean, so that no two normals are at right angles.
+// The walls lean, so that no two normals are perpendicular.
 Scene mixed_scene(std::size_t walls, std::size_t count, Masses masses, double drag) {
   Scene scene;
   scene.add(Constant{.acceleration = {6, -9.81, -5}});
@@ -281,7 +281,7 @@ Scene mixed_scene(std::size_t walls, std::size_t count, Masses masses, double dr
   return scene;
 }
 
-// NaNs are one number: which of them comes out of an operation is the machine's affair.
+// Replaces all NaNs by one number: the NaN that an operation returns depends on the machine.
 template <class T>
 std::vector<T> with_one_nan(std::vector<T> values) {
   for (T& value : values) value = value == value ? value : T(-12345);
@@ -312,7 +312,7 @@ std::vector<T> mixed_run(const Scene& scene, std::size_t count, const Options& o
 TEST_CASE_TEMPLATE("Registers of what rests on one plane, on several, flies, strikes or is no number have the twin's bits", T,
                    float, double) {
   constexpr std::size_t count = 93;
-  std::size_t turn = 0;  // separate and contracted take turns, so that each meets every value of the rest
+  std::size_t turn = 0;  // separate and contracted take turns, so that each meets every value of the other parameters
   for (const std::size_t walls : {std::size_t{1}, std::size_t{2}, std::size_t{3}, std::size_t{5}}) {
     for (const auto& each : {std::pair{Masses::alike, 0.0}, std::pair{Masses::alike, 0.4}, std::pair{Masses::each, 0.3}}) {
       const double drag = each.second;
@@ -368,10 +368,10 @@ TEST_CASE_TEMPLATE("a particle that is no number stays alone among those that re
   }
 }
 
-// ---- what a step leaves as it was is not worked out again in its call -------------------------------------------------------
+// ---- a call does not recompute steps without an effect ----------------------------------------------------------------------
 
-// Scenes by what acts in them: a floor under gravity, which nothing moves; a force that grows until friction gives way; a floor
-// that sets off when all lies on it; a capsule, and so many that blocks are halved; and a spring that kicks in the middle of
+// Scenes by the cause of motion: none, a floor under gravity; a force that grows until friction gives way; a floor that starts
+// to move under resting particles; a capsule, and so many that blocks are halved; and a spring that kicks in the middle of
 // steps.
 enum class Mover { none, force, floor, capsule, capsules, spring };
 

@@ -1,4 +1,4 @@
-// Capsules, boxes and convex bodies: against planes and spheres, closed forms, the scalar twin.
+// Capsules, boxes and convex bodies, compared with planes and spheres, closed forms and the scalar twin.
 #include <doctest/doctest.h>
 
 #include <algorithm>
@@ -40,7 +40,7 @@ Convex cube(const Vec3& center, const Vec3& half) {
   return convex;
 }
 
-// Every body beside a plane and a sphere, all within what a cloud falls through.
+// Every body besides a plane and a sphere, all within the volume that a cloud falls through.
 void add_bodies(Scene& scene) {
   scene.add(touched(Plane{.offset = -1}));
   scene.add(touched(Sphere{.center = {0.6, 0.1, 0.5}, .radius = 0.2, .thickness = 0.05}));
@@ -100,7 +100,7 @@ TEST_CASE("bodies: a capsule of equal ends is a sphere, and so is one that its l
 
 TEST_CASE("bodies: a large box's face is a plane, and so is that of a convex body") {
   Joined of = cloud(300);
-  for (Vec3& x : of.x) x[1] += 0.5;  // none of them inside
+  for (Vec3& x : of.x) x[1] += 0.5;  // none of them starts inside
   const Vec3 rotation{0.1, 0, 0.2};
   const Vec3 normal = turned(quaternion(rotation), {0, 1, 0});
   const auto plane = after(of, touched(Plane{.normal = normal, .offset = -0.5}), 90);
@@ -143,7 +143,7 @@ TEST_CASE("bodies: the inside of a box is six planes") {
 }
 
 TEST_CASE("bodies: a throw hits a cylinder, a cone and a box's edge where their formulas have them") {
-  // A cylinder of radius 0.5 about (1, 0, 1): from z = 3 along -z at x = 0.3.
+  // A cylinder of radius 0.5 about the y axis, hit from z = 2 along -z at x = 0.3.
   const Capsule cylinder{.ends = {{{0, -10, 0}, {0, 10, 0}}}, .radius = {0.5, 0.5}, .restitution = 1};
   const double z = 0.4;  // sqrt(0.25 - 0.09)
   const Vec3 n{0.6, 0, 0.8};
@@ -162,16 +162,16 @@ TEST_CASE("bodies: a throw hits a cylinder, a cone and a box's edge where their 
   CHECK(std::abs(stuck.x[2] - 2) < 1e-12);
   CHECK(std::abs(stuck.v[0]) < 1e-12);
 
-  // A rounded edge: thickness 0.1 about the edge (1, 1) of a box, from above at x = 1.06.
+  // A rounded edge: thickness 0.1 about the edge (1, 1) of a box, hit from above at x = 1.06.
   const OrientedBox box{.half_extents = {1, 1, 1}, .restitution = 1, .thickness = 0.1};
   const Point off = thrown(box, {1.06, 3.08, 0}, {0, -2, 0}, 2);
   CHECK(test::is_close(off.x[1], 1.08 + (-2 + 2 * 2 * 0.8 * 0.8) * 1, 1e-12));
   CHECK(test::is_close(off.x[0], 1.06 + 2 * 2 * 0.8 * 0.6, 1e-12));
 
-  // Past a corner of the box without thickness: it is not there.
+  // Past the corner of a box without thickness, nothing is hit.
   const Point past = thrown(OrientedBox{.half_extents = {1, 1, 1}}, {1.05, 3, 0}, {0, -2, 0}, 2);
   CHECK(past.x == Vec3{1.05, -1, 0});
-  // A parabola over its edge and down into the next face, within a step.
+  // A parabola passes over the edge and falls onto the next face within a step.
   const Point over = thrown(OrientedBox{.half_extents = {1, 1, 1}}, {-1.5, 0.5, 0}, {1, 4, 0}, 1, {0, -8, 0});
   CHECK(test::is_close(over.x[1], 1, 1e-12));
 }
@@ -183,7 +183,7 @@ TEST_CASE("bodies: what springs and drag bend meets them as it does a sphere and
   const Vec3 center{0, -0.8, 0};
   const auto sphere = after(of, touched(Sphere{.center = center, .radius = 0.5}), 60);
   CHECK(furthest(sphere, after(of, touched(Capsule{.ends = {{center, center}}, .radius = {0.5, 0.5}}), 60)) < 1e-9);
-  // Dips that end outside the step they begin in are found by the plane at their lowest point, by bodies at the first guess.
+  // A plane finds dips that end outside their first step by their lowest point, bodies find them by the first guess.
   const auto plane = after(of, touched(Plane{.offset = -0.4}), 60);
   CHECK(furthest(plane, after(of, touched(OrientedBox{.center = {0, -10.4, 0}, .half_extents = {50, 10, 50}}), 60)) < 5e-3);
 }
@@ -223,7 +223,7 @@ TEST_CASE("bodies: all that moves at one velocity acts as at rest, but for that 
   }
 }
 
-// The distance of a body that stands about the origin.
+// The distance from a body centred at the origin.
 double distance_to(const Contact& contact, const Vec3& y) {
   if (const auto* sphere = std::get_if<Sphere>(&contact)) return length(y) - sphere->radius;
   if (const auto* box = std::get_if<OrientedBox>(&contact)) {

@@ -22,7 +22,7 @@ TEST_CASE("a throw onto a sphere hits it where the parabola does") {
   for (int n = 0; n < 100; ++n) (length(at(0.5 * (low + high))) > 1 ? low : high) = 0.5 * (low + high);
   Scene scene;
   scene.add(Constant{.acceleration = gravity});
-  scene.add(Sphere{.center = {}, .radius = 1, .response = Response::end_on_surface});  // shows where the impact was
+  scene.add(Sphere{.center = {}, .radius = 1, .response = Response::end_on_surface});  // ends at the impact
   Soa<double> memory(1);
   State<double> state = memory.view();
   for (std::size_t k = 0; k < 3; ++k) {
@@ -30,15 +30,15 @@ TEST_CASE("a throw onto a sphere hits it where the parabola does") {
     state.v[k][0] = v[k];
   }
   (void)compile<double>(scene, {.step = 0.5})->step(state);
-  // The way along the surface is kept: only what leads into it, along the normal at the impact, is taken back.
+  // The tangential displacement is kept. Only the part along the normal of the impact is removed.
   const Vec3 hit = at(low), end = at(0.5);
   double into = 0;
   for (std::size_t k = 0; k < 3; ++k) into += hit[k] * (end[k] - hit[k]);
   for (std::size_t k = 0; k < 3; ++k) CHECK(std::abs(state.x[k][0] - (end[k] - into * hit[k])) <= 1e-13);
 }
 
-// From beside a sphere along its tangent, then drawn into it and out again: x = (1.05 - 2 f^2, sqrt(2.5) f) in a step of 1 s.
-// |x| = 1 where 4 f^4 - 1.7 f^2 + 0.1025 = 0; the path's end is outside, and so is that of the straight line.
+// The particle starts beside a sphere along its tangent, and is pulled into it and out again: x = (1.05 - 2 f^2, sqrt(2.5) f)
+// in a step of 1 s. |x| = 1 where 4 f^4 - 1.7 f^2 + 0.1025 = 0. The path's end is outside, and so is that of the straight line.
 TEST_CASE("a path that bends into a sphere and out of it within a step hits it at its quartic's root") {
   const double u = std::sqrt(2.5);
   const double f = std::sqrt((1.7 - std::sqrt(1.7 * 1.7 - 16 * 0.1025)) / 8);
@@ -72,7 +72,7 @@ TEST_CASE_TEMPLATE("inside and outside of spheres", T, float, double) {
     CAPTURE(words);
     std::mt19937 random(11);
     std::normal_distribution<double> normal;
-    {  // billiards inside: the speed and the angular momentum stay
+    {  // billiards inside: the speed and the angular momentum are kept
       Particles<T> particles(kernels, hz60, still, 64);
       Sphere shell;
       shell.side = Side::inside;
@@ -91,7 +91,7 @@ TEST_CASE_TEMPLATE("inside and outside of spheres", T, float, double) {
         CHECK(std::abs(length(wide(particles.at(i).v)) / speeds[i] - 1) <= (sizeof(T) == 4 ? 1e-3 : 1e-12));
       }
     }
-    {  // rain on a ball: nothing enters, energy stays
+    {  // rain on a ball: nothing enters, the energy is kept
       Particles<T> particles(kernels, hz60, gravity, 64);
       Sphere ball;
       ball.restitution = 1;
@@ -112,7 +112,7 @@ TEST_CASE_TEMPLATE("inside and outside of spheres", T, float, double) {
         CHECK(std::abs(energy / energies[i] - 1) <= (sizeof(T) == 4 ? 1e-4 : 1e-10));
       }
     }
-    {  // the very centre: pushed out, no NaN
+    {  // the exact centre: pushed out, without NaN
       Particles<T> particles(kernels, hz60, still);
       Sphere ball;
       ball.restitution = 0.5;

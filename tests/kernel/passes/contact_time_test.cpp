@@ -23,13 +23,13 @@ TEST_CASE("time of impact on a parabola, with drag and on an oscillator") {
       const auto row = oracle[i];
       const double h = row["h_s"];
       const double v0 = row["v0_m_s"];
-      // x moves with a constant 1 m/s until the impact takes it all: it tells the time.
+      // x moves at a constant 1 m/s until the impact stops it, so x gives the time.
       Particles<double> particles(kernels, h, still);
       Plane surface = floor_with(1);
       surface.viscosity = std::numeric_limits<double>::infinity();
       particles.add(surface);
       Terms<double>& terms = particles.terms;
-      // x1, v1 as the exact motion has them: a drift whose offsets are the difference.
+      // x1, v1 of the exact motion: a drift with the difference as offsets.
       terms.fused[1].S = 0;
       terms.fused[1].B = 1;
       particles.set_offsets(1, row["v_end_free"], row["s_end_free"] - row["s0_m"]);
@@ -53,7 +53,7 @@ TEST_CASE("time of impact on a parabola, with drag and on an oscillator") {
 TEST_CASE_TEMPLATE("dips within a step", T, float, double) {
   for_each_kernels<T>([](const Kernels<T>& kernels, const std::string& words) {
     CAPTURE(words);
-    // A lift of 2 * 60 m/s^2: down by v, up again, the end as high as the start.
+    // A lift of 2 * 60 m/s^2: down at speed v, up again, ending as high as it started.
     const double h = 0.1;
     const double lift = 40;
     for (const bool finds : {true, false}) {
@@ -70,7 +70,7 @@ TEST_CASE_TEMPLATE("dips within a step", T, float, double) {
   });
 }
 
-// Above the floor all the way; a parabola through its ends and its first velocity would dip into it.
+// The path stays above the floor. A parabola through its ends with its first velocity would dip into it.
 TEST_CASE("a path that bends too much for a parabola is not taken for one that dips into a surface") {
   const auto height_after = [](const Force& force, Method method, double y, double v) {
     Scene scene;

@@ -1,4 +1,4 @@
-// Planes and states of the contact pass's tests.
+// Planes and states for tests of the contact pass.
 #pragma once
 
 #include <cmath>

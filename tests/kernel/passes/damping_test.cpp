@@ -1,4 +1,4 @@
-// Damping along springs in leapfrog and fourth_order: orders, limits of sub-steps, and what must be kept.
+// Damping along springs in leapfrog and fourth_order: orders, limits of sub-steps, and conserved quantities.
 #include <doctest/doctest.h>
 
 #include <array>
@@ -71,7 +71,7 @@ double difference(const std::vector<double>& a, const std::vector<double>& b) {
   return std::sqrt(sum);
 }
 
-// The order that follows from the differences that two halvings of the sub-step make.
+// The order that follows from the differences made by two halvings of the sub-step.
 double measured_order(const Joined& joined, const Coupling& coupling, int substeps) {
   const auto end = [&](int n) { return stepped<double>(with(joined, coupling, n), {.isa = best_isa()}, 8); };
   const std::vector<double> middle = end(2 * substeps);
@@ -98,7 +98,7 @@ TEST_CASE("damping: leapfrog is of second order and fourth_order of fourth, howe
 
 // ---- limits ------------------------------------------------------------------------------------------------------------
 
-// Two modes: K and C symmetric, their eigenvalues given, C's axes turned by an angle against K's.
+// Two modes with symmetric K and C and given eigenvalues; the axes of C are rotated against those of K by an angle.
 struct TwoModes {
   std::array<double, 2> z{}, q{};  // frequency and rate of damping times the sub-step
   double angle = 0;
@@ -116,7 +116,7 @@ Matrix product(const Matrix& a, const Matrix& b) {
   return c;
 }
 
-// A sub-step of (x, v), column by column, straight from the scheme's words.
+// The matrix of a sub-step on (x, v), column by column, directly from the scheme's definition.
 Matrix substep_of(const TwoModes& m, const Coupling& coupling) {
   const double c = std::cos(m.angle);
   const double s = std::sin(m.angle);
@@ -149,11 +149,11 @@ Matrix substep_of(const TwoModes& m, const Coupling& coupling) {
   return step;
 }
 
-// The logarithm of the spectral radius, from the growth over 2^20 sub-steps: of what grows with their number alone it sees
+// The logarithm of the spectral radius, from the growth over 2^20 sub-steps. Growth proportional to their number appears as
 // 1e-5.
 double growth(Matrix step) {
   constexpr int doublings = 20;
-  double logarithm = 0;  // of the norm that was taken out
+  double logarithm = 0;  // logarithm of the norm divided out
   for (int n = 0; n < doublings; ++n) {
     step = product(step, step);
     double norm = 0;
@@ -201,7 +201,7 @@ TEST_CASE("damping: beyond each limit something grows") {
     CHECK(growth(substep_of({{1.005 * range.frequency, 0}, {0, 0}, 0}, coupling)) > sees);
   }
   CHECK(growth(substep_of({{0, 0}, {2.02, 0}, 0}, leapfrog)) > sees);
-  // One mode may have a damping of 8 in fourth_order. Two that lie across each other have a lower limit, which is the plan's.
+  // A single mode of fourth_order may have a damping of 8. Two modes across each other have a lower limit, which the plan uses.
   CHECK(growth(substep_of({{3.13, 0}, {7.9, 0}, 0}, fourth_order)) <= sees);
   double worst = 0;
   for (double angle = 0; angle < 1.6; angle += 0.02) {
@@ -279,7 +279,7 @@ TEST_CASE("damping: the plan's rate is that of a pair, of a row, and of a sheet 
   const double largest = 7 * (2 - 2 * std::cos(std::acos(-1.0) * (n - 1) / n));
   CHECK(limit_of(row).damping >= largest * (1 - 1e-9));
   CHECK(limit_of(row).damping <= largest * 1.021);
-  // As a grid and as the list of its springs, which are bounded in other ways.
+  // The grid and the list of its springs, whose rates are bounded in different ways.
   const Joined sheet = test::sheet(9, 14, 50, 0.01);
   CHECK(is_close(limit_of(sheet).damping, limit_of(test::as_list(sheet)).damping, 0.1));
 }
@@ -312,7 +312,7 @@ TEST_CASE("damping: with the fewest sub-steps a strongly damped pair does not gr
   }
 }
 
-// ---- what must be kept -------------------------------------------------------------------------------------------------
+// ---- conserved quantities ----------------------------------------------------------------------------------------------
 
 TEST_CASE("damping: a free sheet keeps its momentum, and the damped part of its springs takes energy") {
   for (const Coupling& coupling : {leapfrog, fourth_order}) {
@@ -334,7 +334,7 @@ TEST_CASE("damping: a free sheet keeps its momentum, and the damped part of its 
   }
 }
 
-// A grid of springs as a list, and three springs from corner to corner.
+// A grid of springs as a list, and three springs between its corners.
 Joined two_networks(double damping_of_grid, double damping_of_rope) {
   Joined joined = test::sheet(6, 9, 50, damping_of_grid);
   joined.scene.add(Network(
@@ -352,7 +352,7 @@ TEST_CASE("damping: of two networks either may be damped alone, and the order st
 }
 
 TEST_CASE("damping: a network of no damping beside a damped one gives the bits of one whose damping is too little to be any") {
-  // 1e-300 kg/s is a damping, of which nothing is left in any sum: all springs take part in the damping passes.
+  // A damping of 1e-300 kg/s leaves nothing in any sum, but all springs take part in the damping passes.
   for (const Coupling& coupling : {leapfrog, fourth_order}) {
     const Joined alone = with(two_networks(0, 0.02), coupling, 30);
     const Joined both = with(two_networks(1e-300, 0.02), coupling, 30);

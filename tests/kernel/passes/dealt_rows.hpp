@@ -1,4 +1,4 @@
-// Rows of a table of answers, dealt out to the instruction sets and arithmetics of this machine.
+// Distributes the rows of a table of results over the instruction sets and arithmetics of this machine.
 #pragma once
 
 #include <cstddef>
@@ -8,8 +8,8 @@
 
 namespace dvdx::test {
 
-// Each row is one run's in float32 and another's, in the other arithmetic, in float64. All instruction sets have the same bits,
-// which other tests compare, so that no run needs every row.
+// Each row runs once in float32, and once in float64 with the other arithmetic. Other tests check that all instruction sets
+// have the same bits, so no run needs every row.
 template <class T>
 class DealtRows {
  public:
@@ -22,7 +22,7 @@ class DealtRows {
     }
     if (sizeof(T) == 8) mine_ += runs_ / 2;
   }
-  // Rows that follow each other after as many as there are runs, as those of one time do, are other runs'.
+  // Rows at a distance of runs_, such as those of one time, belong to different runs.
   [[nodiscard]] bool has(std::size_t row) const noexcept {
     return (row + row / runs_ + row / (runs_ * runs_)) % runs_ == mine_ % runs_;
   }

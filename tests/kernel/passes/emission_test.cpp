@@ -1,4 +1,4 @@
-// The emission pass: every instruction set has the scalar twin's bits, and what is drawn lies where it should.
+// The emission pass: every instruction set has the scalar twin's bits, and drawn values lie in their ranges.
 #include <doctest/doctest.h>
 
 #include <cmath>
@@ -81,7 +81,7 @@ TEST_CASE("a birth depends on its number and not on the call that makes it") {
 TEST_CASE("newborn particles lie evenly where they should") {
   constexpr std::size_t calls = 40;
   EmissionTerms terms = terms_of(EmissionShape::disc, EmissionSpread::ball);
-  terms.interval = 0;  // so that nothing moves from its place
+  terms.interval = 0;  // no particle moves from its place
   Vec3 place{}, velocity{};
   std::size_t in_half_radius = 0, in_half_ball = 0;
   for (std::size_t call = 0; call < calls; ++call) {
@@ -105,7 +105,7 @@ TEST_CASE("newborn particles lie evenly where they should") {
       CHECK(born->lifetime[i] < 2.75);
     }
   }
-  constexpr double n = calls * born_together;  // 10240: a share's deviation is below 0.005, a mean's below 0.01
+  constexpr double n = calls * born_together;  // 10240: the deviation of a share is below 0.005, that of a mean below 0.01
   CHECK(std::abs(static_cast<double>(in_half_radius) / n - 0.25) < 0.02);
   CHECK(std::abs(static_cast<double>(in_half_ball) / n - 0.125) < 0.02);
   CHECK(length(place) / n < 0.02);

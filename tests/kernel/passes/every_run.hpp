@@ -1,4 +1,4 @@
-// Every instruction set and arithmetic of this machine, for what must hold on all of them.
+// Visits every instruction set and arithmetic of this machine.
 #pragma once
 
 #include <string>

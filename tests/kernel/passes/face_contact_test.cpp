@@ -1,4 +1,4 @@
-// Faces of cloth on bodies that are narrower than its cells: nearest points, pulses by weights, and sheets that are held.
+// Cloth faces on bodies narrower than the cells: nearest points, weighted pulses, and sheets that are held.
 #include <doctest/doctest.h>
 
 #include <algorithm>
@@ -32,7 +32,7 @@ constexpr double side = 3;
 
 double cell_of(std::size_t n) { return side / static_cast<double>(n - 1); }
 
-// A flat sheet of 3 m by 3 m and 1 kg that falls, `drop` above the bodies' tops, slowed by what it goes through.
+// A flat sheet of 3 m by 3 m and 1 kg that falls from `drop` above the bodies' tops, slowed by drag.
 Joined falling(std::size_t n, Scheme scheme = Scheme::leapfrog, double drop = 0.1, double slowed = 1) {
   Joined joined;
   Grid grid{.rows = n, .columns = n, .edge_u = {side, 0, 0}, .edge_v = {0, 0, side}, .structural = 400, .shear = 200};
@@ -54,7 +54,7 @@ Joined falling(std::size_t n, Scheme scheme = Scheme::leapfrog, double drop = 0.
   return joined;
 }
 
-// Bodies whose top is at y = 0, under the middle of the sheet, between its particles.
+// Bodies with their top at y = 0, under the middle of the sheet, between its particles.
 Capsule pole(std::size_t n, double part) {
   const double r = part * cell_of(n);
   const double z = side / 2 + 0.3 * cell_of(n);
@@ -73,7 +73,7 @@ OrientedBox beam(std::size_t n, double part) {
   const double r = part * cell_of(n);
   return {.center = {side / 2, -r, side / 2 + 0.3 * cell_of(n)}, .half_extents = {2.5, r, r}, .friction = 1};
 }
-// Four planes to a tip, which lean in by one in four.
+// Four planes to a tip, with a slope of four to one.
 Convex spike(std::size_t n) {
   const Vec3 tip{side / 2 + 0.3 * cell_of(n), 0, side / 2 + 0.1 * cell_of(n)};
   Convex body{.planes = {{{0, -1, 0}, 2}}, .friction = 1};
@@ -91,9 +91,9 @@ Vec3 across(const Vec3& a, const Vec3& b) {
   return {a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]};
 }
 
-// m, from the surface; where it is below 0 the point is inside.
+// m, signed distance from the surface; negative inside.
 double outside_of(const Sphere& of, const Vec3& x) { return size_of(minus(x, of.center)) - of.radius; }
-double outside_of(const Capsule& of, const Vec3& x) {  // of two radii, nearly: the balls along it
+double outside_of(const Capsule& of, const Vec3& x) {  // approximate for two radii: the balls along it
   double least = std::numeric_limits<double>::infinity();
   const int balls = of.radius[0] == of.radius[1] ? 1 : 200;
   for (int k = 0; k <= balls; ++k) {
@@ -121,7 +121,7 @@ Vec3 place_of(const std::vector<T>& values, std::size_t i) {
   return {double{values[6 * i]}, double{values[6 * i + 1]}, double{values[6 * i + 2]}};
 }
 
-// The least of outside_of() over points of all triangles.
+// The least outside_of() over sample points of all triangles.
 template <class Body, class T>
 double nearest(const Body& body, const Grid& grid, const std::vector<T>& values) {
   constexpr int parts = 6;
@@ -196,7 +196,7 @@ FaceBody round_body(double radius) {
   return {.core = {CoreBall{}}, .radius = radius, .low = {-radius, -radius, -radius}, .high = {radius, radius, radius}};
 }
 
-// A triangle in the plane y that has come down by `down` in this part.
+// A triangle in the plane y that has moved down by `down` in this part.
 FaceCorners coming(double y, double down, const Vec3& v) {
   FaceCorners corners{.w = {2, 1, 0.5}, .now = {{{-0.3, y, -0.2}, {0.4, y, -0.2}, {0, y, 0.5}}}, .v = {v, v, v}};
   corners.to = corners.now;
@@ -214,7 +214,7 @@ TEST_CASE(
   REQUIRE(may_meet(body, {}, corners.now));
   REQUIRE(find_pulse(body, {}, corners, {1, 1, 0.01}, pulse));
   Vec3 momentum{}, turn{}, speed{}, point{};
-  // The origin is above this part of the triangle: its weights by areas.
+  // The origin projects onto this point of the triangle: the weights are ratios of areas.
   const double whole = 0.7 * 0.7;
   const std::array<double, 3> weight{(0.4 * 0.5) / whole, (0.3 * 0.5) / whole, (0.7 * 0.2) / whole};
   for (std::size_t i = 0; i < 3; ++i) {
@@ -313,16 +313,16 @@ TEST_CASE("faces: balls, beams, spikes and poles on end hold a sheet") {
   for (const Scheme scheme : {Scheme::leapfrog, Scheme::sequential}) {
     CAPTURE(static_cast<int>(scheme));
     check_held(falling(10, scheme), ball(10, 0.2), 0.02 * cell_of(10));
-    check_held(falling(10, scheme), beam(10, 0.2), 0.06 * cell_of(10));  // its edges are rounded
+    check_held(falling(10, scheme), beam(10, 0.2), 0.06 * cell_of(10));  // its edges count as rounded
     check_held(falling(10, scheme), taper(10, 0.1), 0.02 * cell_of(10));
-    check_held(falling(10, scheme), spike(10), 0.1 * cell_of(10));  // and its tip
+    check_held(falling(10, scheme), spike(10), 0.1 * cell_of(10));  // as does its tip
   }
 }
 
 TEST_CASE("faces: what falls fast does not pass a thin pole in a coarse step") {
   Joined joined = falling(10, Scheme::sequential, 0.4);
   joined.scene.coupling.substeps = 1;
-  for (Vec3& v : joined.v) v[1] = -12;  // 0.2 m a step, on a pole of 6 cm
+  for (Vec3& v : joined.v) v[1] = -12;  // 0.2 m a step, onto a pole of 6 cm
   check_held(joined, pole(10, 0.1), 0.05 * cell_of(10), 12);
 }
 
@@ -396,14 +396,14 @@ TEST_CASE("faces: a grid and a list of the same springs and triangles are held a
 TEST_CASE("faces: coarse cloth lies as fine cloth does, to a cell's width") {
   const auto lies = [](std::size_t n) {
     Joined joined = falling(n, Scheme::sequential, 0.1, 6);
-    std::get<Grid>(joined.scene.networks[0]).bend = 0;  // springs of which are stiffer the longer they are
+    std::get<Grid>(joined.scene.networks[0]).bend = 0;  // its springs would be stiffer in larger cells
     Capsule rod = pole(10, 0.1);
     rod.ends[0][2] = rod.ends[1][2] = 1.6;
     joined.scene.add(Contact(rod));
     return stepped<float>(joined, {}, 90);
   };
-  const std::vector<float> coarse = lies(10), fine = lies(28);  // every third particle of which is one of the coarse ones
-  // Row by row, along the pole: single columns swing.
+  const std::vector<float> coarse = lies(10), fine = lies(28);  // each third particle of `fine` is in `coarse`
+  // Averages rows along the pole, because single columns swing.
   double most = 0;
   for (std::size_t row = 0; row < 10; ++row) {
     Vec3 apart{};
@@ -416,7 +416,7 @@ TEST_CASE("faces: coarse cloth lies as fine cloth does, to a cell's width") {
   CHECK(most < cell_of(10));
 }
 
-// J: of particles and springs that do not damp, and of the weight.
+// J: kinetic energy, undamped springs, and weight.
 double energy_of(const Joined& joined, const std::vector<double>& values) {
   double sum = 0;
   const double mass = joined.scene.mass[0];
@@ -447,7 +447,7 @@ TEST_CASE("faces: a sheet on a pole never gains energy") {
     for (int n = 0; n < 24; ++n) {
       REQUIRE(plan.step(batch.view(), 3) == StepResult::done);
       const double now = energy_of(joined, test::values_of(batch.view()));
-      CHECK(now < least + 0.02);  // of 1 J at the start; by leapfrog it swings by so much
+      CHECK(now < least + 0.02);  // of 1 J at the start; leapfrog's energy oscillates by this much
       least = std::min(least, now);
     }
   }
@@ -480,7 +480,7 @@ TEST_CASE("faces: a bad particle stays alone") {
 }
 
 TEST_CASE("faces: torn ones hold nothing, from the start or in place, and with the same bits") {
-  // One cell about a ball.
+  // One cell around a ball.
   const auto cell = [](std::vector<Pair> broken) {
     Joined joined;
     Grid grid{.rows = 2, .columns = 2, .edge_u = {1, 0, 0}, .edge_v = {0, 0, 1}, .structural = 100, .shear = 100};

@@ -1,4 +1,4 @@
-// Particles that fall onto bodies, as tests of contacts set them up.
+// Test setups of particles that fall onto bodies.
 #pragma once
 
 #include <doctest/doctest.h>
@@ -36,7 +36,7 @@ inline Joined cloud(std::size_t count) {
   return joined;
 }
 
-// The same scene where all that is in it moves at one velocity besides ends where it did, but for that way.
+// The same scene with an additional common velocity must end in the same place, except for that displacement.
 inline void check_in_moving_frame(Joined still, double drag) {
   constexpr Vec3 boost{1.5, -0.75, 2.25};
   if (drag != 0) still.scene.add(Drag{.coefficient = drag});

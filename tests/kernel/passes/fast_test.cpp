@@ -1,5 +1,5 @@
-// Fast arithmetic: inverse roots from the machine's own estimate. Its bits are held by nothing but bounds, and must not depend
-// on threads, blocks, layouts and calls.
+// Fast arithmetic: inverse roots from the machine's own estimate. Only bounds restrict its bits, which must not depend on
+// threads, blocks, layouts and calls.
 #include <doctest/doctest.h>
 
 #include <algorithm>
@@ -27,9 +27,9 @@ using test::Layout;
 using test::Run;
 using test::stepped;
 
-constexpr double most_ulps = 1.2;  // as estimates.inl.hpp derives
+constexpr double most_ulps = 1.2;  // derived in estimates.inl.hpp
 
-// So that one spring's force on a particle at the origin is d/r of the particle 16 on: k - kl/r with k = 0 and kl = -1.
+// Makes one spring's force on a particle at the origin d/r of the particle 16 further on: k - kl/r with k = 0 and kl = -1.
 template <class T>
 struct Directions {
   std::vector<T> memory = std::vector<T>(std::size_t{15} * slice, T(0));
@@ -48,7 +48,7 @@ struct Directions {
     std::fill_n(column(12), slice, T(1));
     std::fill_n(column(13), slice, T(-1));
     work.w = column(12);
-    // k is 0: where c is not, the scalar twin takes the spring for one.
+    // k is 0. A nonzero c makes the scalar twin count the spring.
     graph = {.first_slot = first_slot.data(),
              .slots = &slot,
              .indices = nullptr,
@@ -70,8 +70,8 @@ T random_from_1_to_2(std::uint64_t& state) {
   return static_cast<T>(1 + static_cast<double>(state >> 12) * 0x1p-52);
 }
 
-// The worst error of 1/sqrt(x), in units of the last place, over all exponents of r and random mantissas. d = (r, p, 0) with p
-// a power of two: the second component of the force is p/r, exact but for the root.
+// The worst error of 1/sqrt(x) in units of the last place, over all exponents of r and random mantissas. With d = (r, p, 0) and
+// p a power of two, the force's second component is p/r, exact except for the root.
 template <class T>
 double worst_ulps(const Passes& passes) {
   const int widest = sizeof(T) == 4 ? 49 : 464;
@@ -125,7 +125,7 @@ TEST_CASE_TEMPLATE("fast: an inverse root is within 1.2 units in the last place,
       const double worst = worst_ulps<T>(*find_passes(isa, arithmetic));
       MESSAGE(name(isa) << " " << name(arithmetic) << ", " << 8 * sizeof(T) << " bits: at most " << worst << " ulp");
       CHECK(worst < most_ulps);
-      CHECK(worst > 0.5);  // the roots are not what is measured against them
+      CHECK(worst > 0.5);  // the result is not the correctly rounded root
     }
   }
 }
@@ -160,7 +160,7 @@ TEST_CASE_TEMPLATE("fast: what has no length or is not finite pulls at nothing, 
   }
 }
 
-// One kick of particles at rest: the sum of k (1 - l/r) d over the springs in long double, and what rounding may do to it.
+// One kick of particles at rest, compared with the sum of k (1 - l/r) d over the springs in long double, up to rounding.
 TEST_CASE("fast: the pulse of a grid and of its list is the springs' force to a few roundings of its terms") {
   Joined sheet = test::sheet(19, 37, 50);
   sheet.scene.forces.clear();
@@ -262,7 +262,7 @@ TEST_CASE("fast: over a run the error grows as in separate arithmetic") {
       const double fast = difference_rms(stepped<float>(joined, {.isa = isa, .arithmetic = Arithmetic::fast}, 24), truth);
       MESSAGE("scheme " << static_cast<int>(coupling.scheme) << ", " << name(isa) << ": " << fast << " m, separate "
                         << separate);
-      CHECK(fast < 4 * separate);  // rounding, which a sheet magnifies: another machine has other bits
+      CHECK(fast < 4 * separate);  // rounding, which a sheet amplifies: another machine has other bits
     }
   }
 }
@@ -303,7 +303,7 @@ TEST_CASE("fast: the reference's table is the contracted one, and others have th
     CHECK((fast->f32.network.graph != contracted->f32.network.graph));
     CHECK((fast->f32.free.step == contracted->f32.free.step));
     CHECK((fast->f64.free.step == contracted->f64.free.step));
-    CHECK((fast->f64.network.grid == contracted->f64.network.grid) == (isa == Isa::avx2));  // which estimates float32 alone
+    CHECK((fast->f64.network.grid == contracted->f64.network.grid) == (isa == Isa::avx2));  // AVX2 estimates float32 only
   }
 }
 

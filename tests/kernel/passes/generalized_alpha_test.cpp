@@ -1,5 +1,5 @@
-// Sequential without theta: of second order with whatever else acts, no heat in cloth that crumples, and what is remembered
-// from step to step.
+// Sequential without theta: second order with every other force, no heat in crumpling cloth, and the data carried from step to
+// step.
 #include <doctest/doctest.h>
 
 #include <algorithm>
@@ -28,7 +28,7 @@ using test::Layout;
 using test::plan_of;
 using test::stepped;
 
-// A flat sheet that is let go, held by two corners.
+// A flat sheet held by two corners and released.
 struct Sheet {
   std::size_t rows = 12;
   double side = 0.8, mass = 0.2;                       // m, kg
@@ -151,7 +151,7 @@ TEST_CASE("generalized alpha: what goes there and back returns with the square o
 // ---- heat --------------------------------------------------------------------------------------------------------------
 
 struct Energies {
-  double kinetic, height;  // J; height: of the weight
+  double kinetic, height;  // J; height: potential energy of the weight
 };
 
 template <class T>
@@ -167,7 +167,7 @@ Energies energies(const Joined& joined, State<T>& state) {
   return sum;
 }
 
-// The largest kinetic energy, in units of what the start had and gravity has given at most.
+// The largest kinetic energy, relative to the start's plus the most that gravity has given.
 double heat(const Joined& joined, std::size_t frames) {
   const Plan<float> plan = fast_plan<float>(joined);
   auto batch = placed<float>(joined);
@@ -196,7 +196,7 @@ Joined crumpling(std::size_t rows, double k, double kick, std::optional<double> 
 }
 
 TEST_CASE("generalized alpha: cloth that crumples never moves with more than it was given") {
-  std::size_t turn = 0;  // grids and lists take turns, so that each meets every value of the rest
+  std::size_t turn = 0;  // grids and lists take turns, so that each meets every value of the other parameters
   for (const double k : {1e2, 1e4, 1e6}) {
     for (const int substeps : {1, 2}) {
       for (const double kick : {0.0, 10.0}) {
@@ -286,9 +286,9 @@ TEST_CASE("generalized alpha: a workspace of the caller's remembers for itself")
 
 TEST_CASE("generalized alpha: what was is forgotten on request, for another state and for another time") {
   Joined joined = falling({.damping = 0.02});
-  joined.step = 1.0 / 64;  // of which no clock rounds anything off
+  joined.step = 1.0 / 64;  // no clock rounds it
   const Plan<double> plan = fast_plan<double>(joined);
-  // The end of a state after two steps of a plan that has stepped nothing.
+  // Two steps of a state by a fresh plan.
   const auto anew = [&](Batch<double>& from) {
     auto copy = placed<double>(joined);
     for (std::size_t i = 0; i < copy->view().count; ++i) {
@@ -344,7 +344,7 @@ TEST_CASE("generalized alpha: an acceleration that is beyond float32 is not reme
   Joined joined;
   joined.name = "rope";
   joined.step = 1e-13;
-  joined.scene.coupling = {.scheme = Scheme::sequential, .substeps = 1, .lines = Lines::none};  // which would carry it on
+  joined.scene.coupling = {.scheme = Scheme::sequential, .substeps = 1, .lines = Lines::none};  // lines would carry it on
   joined.scene.add(Network(Grid{.rows = 2, .columns = 17, .edge_u = {16, 0, 0}, .edge_v = {0, 1, 0}, .structural = 1e26}));
   for (std::size_t i = 0; i < 34; ++i) joined.x.push_back({static_cast<double>(i % 17), static_cast<double>(i / 17), 0});
   joined.v.resize(34);

@@ -1,5 +1,5 @@
-// The closed-form answers of tests/oracles for particles that are joined, on every instruction set, in float32 and float64, in
-// separate and in contracted arithmetic. How each scheme does with them is in network_closed_form_test.cpp.
+// The closed-form results of tests/oracles for joined particles, on every instruction set, in float32 and float64, in separate
+// and in contracted arithmetic. network_closed_form_test.cpp compares the schemes.
 #include <doctest/doctest.h>
 
 #include <array>
@@ -27,8 +27,8 @@ double v_of(const std::vector<T>& values, std::size_t particle, std::size_t axis
   return static_cast<double>(values[6 * particle + 3 + axis]);
 }
 
-// Along a line the contribution of a damped spring to its two ends is exact for any step: with the axis of the step's start it
-// is taken in one step, whatever the stiffness.
+// Along a line, a damped spring's contribution to its two ends is exact for any step. With the axis of the step's start, one
+// step of any stiffness is enough.
 TEST_CASE_TEMPLATE("oracles: two bodies on a line, damped ones too, in one step and in 60", T, float, double) {
   const Oracle oracle("twobody1d.csv");
   std::size_t damped = 0;
@@ -45,7 +45,7 @@ TEST_CASE_TEMPLATE("oracles: two bodies on a line, damped ones too, in one step 
     for (std::size_t i = 0; i < oracle.size(); ++i) {
       if (!dealt.has(i)) continue;
       const auto row = oracle[i];
-      if (row["r_positive"] != 1) continue;  // the oracle's length has a sign, the spring's has none: the next test
+      if (row["r_positive"] != 1) continue;  // the oracle's length has a sign, the spring's has none: see the next test
       const double m1 = row["m1"], m2 = row["m2"], k = row["k_N"], c = row["c_Ns"], a = row["a_m"], time = row["t_s"];
       Joined pair;
       pair.x = {{row["x1_0"], 0, 0}, {row["x2_0"], 0, 0}};
@@ -57,7 +57,7 @@ TEST_CASE_TEMPLATE("oracles: two bodies on a line, damped ones too, in one step 
       pair.scene.add(Network(springs));
       pair.scene.coupling = {.scheme = Scheme::accumulate, .substeps = 1, .method = Method::exact, .axis = PairAxis::start};
       const double omega = std::sqrt(k * (1 / m1 + 1 / m2));
-      // Reach of the swing in space and time, and the way that both go together.
+      // The reach of the oscillation in space and time, and the common displacement.
       const double apart = std::abs(row["x2_0"] - row["x1_0"]) + row["l_m"] + std::abs(row["v2_0"] - row["v1_0"]) / omega;
       const double fast = std::abs(row["v1_0"]) + std::abs(row["v2_0"]) + std::abs(a) * time;
       const double length = apart + std::abs(row["x1_0"]) + std::abs(row["x2_0"]) + fast * time;
@@ -66,7 +66,7 @@ TEST_CASE_TEMPLATE("oracles: two bodies on a line, damped ones too, in one step 
         pair.step = time / static_cast<double>(steps);
         pair.name = "case " + row.text("case");
         const auto got = test::stepped<T>(pair, run, steps);
-        // The frequency is rounded in the lanes, and once in the scene's own sums: 2 eps of phase for each rad in float64.
+        // The frequency is rounded in the lanes, and once in the scene's sums: 2 eps of phase for each rad in float64.
         const double phase = 4e-16 * omega * time;
         const double part = (sizeof(T) == 8 ? 1e-13 : steps == 1 ? 1e-6 : 2e-5) + phase;
         const auto where = [&] {
@@ -83,8 +83,8 @@ TEST_CASE_TEMPLATE("oracles: two bodies on a line, damped ones too, in one step 
   });
 }
 
-// Where the oracle's length passes through zero it goes on with its sign, as that of no spring between particles does. Its two
-// modes are those of two particles: the length on a damped spring to the rest length, and the centre of mass in free fall.
+// When the oracle's length passes through zero it keeps its sign, unlike a spring between particles. Its two modes are those of
+// two particles: the length on a damped spring to the rest length, and the centre of mass in free fall.
 TEST_CASE_TEMPLATE("oracles: two bodies on a line as their length and their centre of mass, every row", T, float, double) {
   const Oracle oracle("twobody1d.csv");
   for_each_run([&](const Run& run, const std::string& words) {
@@ -164,7 +164,7 @@ TEST_CASE_TEMPLATE("oracles: chains of springs by the fourth order", T, float, d
   });
 }
 
-// In metres after up to 1 s at 60 Hz, and in 16 times as many steps: each of these schemes is of second order.
+// The bounds in metres after up to 1 s at 60 Hz, and in 16 times as many steps: each of these schemes has second order.
 TEST_CASE_TEMPLATE("oracles: a spinning pair", T, float, double) {
   struct Scheme1 {
     const char* name;
@@ -208,7 +208,7 @@ TEST_CASE_TEMPLATE("oracles: a spinning pair", T, float, double) {
   });
 }
 
-// Root mean square over the nodes, over the side of 1 m, at each of the oracle's times.
+// Root mean square over the nodes, relative to the side of 1 m, at each of the oracle's times.
 TEST_CASE_TEMPLATE("oracles: a hanging cloth by leapfrog with the sub-steps that the plan chooses", T, float, double) {
   const Oracle nodes("cloth_init.csv");
   const Oracle list("cloth_springs.csv");
@@ -258,7 +258,7 @@ TEST_CASE_TEMPLATE("oracles: a hanging cloth by leapfrog with the sub-steps that
   });
 }
 
-// A bob on a rod from rest: in metres over 2 s, a sixteenth of it at four times the rate.
+// A bob on a rod, released at rest: errors in metres over 2 s, and a sixteenth of that at four times the rate.
 TEST_CASE_TEMPLATE("oracles: pendulums on a constraint", T, float, double) {
   const Oracle oracle("pendulum.csv");
   for_each_run([&](const Run& run, const std::string& words) {

@@ -1,4 +1,4 @@
-// How the tests of networks and constraints step what is joined.
+// Stepping of joined particles in tests of networks and constraints.
 #pragma once
 
 #include <doctest/doctest.h>
@@ -38,7 +38,7 @@ Plan<T> plan_of(const Joined& joined, const Run& run) {
   return plan_of(joined, run, start.view());
 }
 
-// The values of all particles after so many steps with a plan of the scene, which is left as it was.
+// The values of all particles after `steps` steps by a clone of the plan, which itself stays unchanged.
 template <class T>
 std::vector<T> stepped(const Joined& joined, const Plan<T>& plan, const Run& run, std::size_t steps) {
   Batch<T> batch(run.layout, joined.x.size());

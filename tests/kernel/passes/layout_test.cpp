@@ -1,5 +1,5 @@
-// Structs and tiles: into columns and back, and stepped as they lie, on every instruction set and at every stride. Bits are
-// those of the scalar reference, and no byte beside x and v is written.
+// Structs and tiles: copied into columns and back, and stepped in place, on every instruction set and at every stride. The bits
+// are those of the scalar reference, and no byte outside x and v is written.
 #include <doctest/doctest.h>
 
 #include <array>
@@ -22,9 +22,9 @@ namespace layout_test {
 
 using namespace dvdx;
 
-constexpr std::size_t most = 37;  // particles: two registers of 16 and a rest
+constexpr std::size_t most = 37;  // particles: two registers of 16 and a remainder
 
-// Where x and v stand in a struct, in numbers; v beyond it: in an array of its own.
+// The places of x and v in a struct, in numbers; v beyond its size is in a separate array.
 struct Shape {
   std::size_t size, x, v;
 };
@@ -32,7 +32,7 @@ constexpr std::array shapes = {Shape{8, 0, 4},   Shape{8, 4, 0},        Shape{7,
                                Shape{12, 4, 8},  Shape{16, 0, 8},       Shape{11, 7, 1},      Shape{16, 9, 5},
                                Shape{40, 33, 2}, Shape{3, 0, 3 * most}, Shape{4, 0, 4 * most}};
 
-// Every kind of number in turn: ordinary ones, zeros of both signs, the smallest, infinity, none.
+// Every kind of number in turn: ordinary ones, zeros of both signs, the smallest, infinity, NaN.
 template <class T>
 T number(std::size_t i) {
   using Limits = std::numeric_limits<T>;
@@ -82,7 +82,7 @@ std::array<Offsets<T>, 3> some_offsets() {
   return offsets;
 }
 
-// use(passes, twins): of every instruction set and arithmetic.
+// use(passes, twins) for every instruction set and arithmetic.
 template <class T, class Use>
 void on_every_isa(const Use& use) {
   for (const Arithmetic arithmetic : {Arithmetic::separate, Arithmetic::contracted}) {
@@ -151,7 +151,7 @@ TEST_CASE_TEMPLATE("layout: structs are stepped as they lie with the twin's bits
 TEST_CASE_TEMPLATE("layout: tiles are stepped as they lie with the twin's bits", T, float, double) {
   Terms<T> terms = some_terms<T>();
   const auto offsets = some_offsets<T>();
-  // Every rest, and groups of eight registers with one, by one step a call and by several, which are alike or not.
+  // Every remainder, and groups of eight registers with one, by one step a call and by several, equal or not.
   std::vector<std::size_t> counts(most + 1);
   std::iota(counts.begin(), counts.end(), 0U);
   for (std::size_t count = 128; count < 140; ++count) counts.push_back(count);
@@ -185,12 +185,12 @@ TEST_CASE_TEMPLATE("layout: tiles are stepped as they lie with the twin's bits",
 TEST_SUITE("threads") {
   struct Shared {
     float position[3];
-    std::uint32_t age;  // another thread's
+    std::uint32_t age;  // belongs to another thread
     float velocity[3];
-    std::uint32_t kind;  // likewise
+    std::uint32_t kind;  // also belongs to it
   };
 
-  // A field that a step wrote back, though with the same bytes, would lose what the other thread wrote.
+  // A step that rewrites a field, even with the same bytes, would lose the other thread's write.
   TEST_CASE("layout: other fields may be written by another thread while structs are stepped") {
     constexpr std::size_t count = 70;
     Scene falling;

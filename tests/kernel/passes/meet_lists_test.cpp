@@ -1,4 +1,4 @@
-// Lists of pairs within reach, held against all pairs.
+// Lists of pairs within reach, compared with all pairs.
 #include <doctest/doctest.h>
 
 #include <array>
@@ -77,7 +77,7 @@ const NearKernels<T>& near_of(Isa isa) {
   return find_passes(isa)->template of<T>().meet.near;
 }
 
-// The same by every instruction set.
+// The list by every instruction set, checked to be the same.
 template <class T>
 Pairs listed(const Cloud<T>& of, T reach, T ordinary) {
   std::optional<Pairs> found;
@@ -103,7 +103,7 @@ TEST_CASE_TEMPLATE("lists hold every pair within reach once, by number", T, floa
 }
 
 TEST_CASE_TEMPLATE("lists do not depend on where the particles are", T, float, double) {
-  // The last ones are about the cells 2^31 and -2^31.
+  // The last places are near the cells 2^31 and -2^31.
   const std::array<double, 3> places[] = {{-7, 100, -1e4}, {1e6, -1e6, 0},     {-1e9, 3, 1e9},
                                           {3e9, -2e12, 0}, {2684622992, 0, 0}, {-2684622998, 0, 0}};
   for (const auto& at : places) {
@@ -159,7 +159,7 @@ TEST_CASE("lists that are longer than their room are told") {
   }
 }
 
-// Particles in one place, so that a few of them have more candidates than there is room for.
+// Particles in one place, so that a few of them have more candidates than capacity.
 TEST_CASE("pairs that are not accepted are not listed, nor need room") {
   const Cloud<float> of = cloud<float>(600, 0.1);
   for (const std::uint32_t part : {2U, 40U, 1000U}) {
@@ -198,7 +198,7 @@ TEST_CASE_TEMPLATE("places of a list say whose they are, also where some look fa
   }
 }
 
-// With some that are nowhere, and some that look far.
+// Some particles have no place, and some have a long reach.
 template <class T>
 Cloud<T> ragged_cloud(std::size_t count, double side) {
   Cloud<T> of = cloud<T>(count, side);
@@ -213,7 +213,7 @@ TEST_CASE_TEMPLATE("lists are the same on any number of threads, and in any orde
   const auto backwards = [](std::size_t tasks, const auto& body) {
     for (std::size_t task = tasks; task-- > 0;) body(task);
   };
-  // Sizes about those of tasks. All in the same room, so that it is of fewer after it was of more.
+  // Sizes near those of tasks. All use the same memory, also for fewer particles after more.
   constexpr std::size_t most = 6151;
   PairLists<T> lists(most, 40 * most);
   for (const std::size_t count : {2047U, 2048U, 2049U, 4099U, 6151U, 515U, 3U}) {

@@ -1,4 +1,4 @@
-// Pairs that may meet in a sub-step, their impacts and how their contacts begin: the twins' bits.
+// Pairs that may meet in a sub-step, their impacts and the start of their contacts: the twins' bits.
 #include <doctest/doctest.h>
 
 #include <array>
@@ -17,7 +17,7 @@ namespace meet_pairs_test {
 
 using namespace dvdx;
 
-// 60 particles that go through each other: some fast, some fixed, one with no place, two in one place, some hit before.
+// 60 particles that pass through each other: some fast, some fixed, one without a place, two in one place, some hit before.
 template <class T>
 struct Crowd {
   static constexpr std::size_t particles = 60, places = 237;
@@ -76,7 +76,7 @@ std::vector<std::uint32_t> near_of(const Crowd<T>& crowd, Isa isa, std::size_t f
                              .i = i.data(),
                              .j = j.data()};
   const std::size_t count = find_passes(isa)->template of<T>().meet.find_within(terms, from, to);
-  for (std::size_t k = 0; k < i.size(); ++k) {  // what stands elsewhere is left alone
+  for (std::size_t k = 0; k < i.size(); ++k) {  // other elements stay unchanged
     if (k >= from && k < to) continue;
     REQUIRE(i[k] == 7);
     REQUIRE(j[k] == 7);
@@ -132,7 +132,7 @@ struct CrowdPairs {
         pulses[p] = {{T(0.1), T(-0.2), static_cast<T>(test::uniform(20, p))}, static_cast<T>(test::uniform(21, p))};
     }
   }
-  // How impacts are found, and which pairs were hit in each round.
+  // The results of the search for impacts, and the pairs hit in each round.
   [[nodiscard]] std::vector<T> impacts(Isa isa, double h) {
     const MeetKernels<T>& kernels = find_passes(isa)->template of<T>().meet;
     const ImpactTerms<T> terms{.pairs = pairs.data(),
@@ -180,7 +180,7 @@ struct CrowdPairs {
         all.insert(all.end(), three.begin(), three.end());
       }
     }
-    for (T& number : all) number = number == number ? number : T(77);  // the sign of what is no number is each set's own
+    for (T& number : all) number = number == number ? number : T(77);  // the sign of a NaN differs between instruction sets
     return all;
   }
 };

@@ -15,7 +15,7 @@ namespace meet_rounds_test {
 
 using namespace dvdx;
 
-// Pairs of 50 particles, of which some press, some slide, some are apart and some act on nothing.
+// Pairs of 50 particles. Some press, some slide, some are apart and some act on nothing.
 template <class T>
 struct Pairs {
   static constexpr std::size_t particles = 50, count = 77, blocks = (count + meeting_lanes - 1) / meeting_lanes;
@@ -42,7 +42,7 @@ struct Pairs {
         contact.normal = contact.normal_y = T(1) + number(5, p);
         contact.slip = {number(6, p), number(7, p), number(8, p)};
         contact.along = contact.along_y = {number(9, p), number(10, p), number(11, p)};
-        if (p / 8 % 3 != 1) pulses[p] = {contact.along, p % 3 == 0 ? T(0) : T(1)};  // a register of none that acts, too
+        if (p / 8 % 3 != 1) pulses[p] = {contact.along, p % 3 == 0 ? T(0) : T(1)};  // includes an inactive register
       } else {
         contact.gap = 0;
       }

@@ -1,4 +1,4 @@
-// The ways of particles that meet: the twins' bits, and sums by hand.
+// The displacements of particles that meet: the twins' bits, and sums by hand.
 #include <doctest/doctest.h>
 
 #include <algorithm>
@@ -16,7 +16,7 @@ namespace meet_ways_test {
 
 using namespace dvdx;
 
-// Particles that stand in the columns in another order. Some have no radius, some no mass; some have never been listed.
+// Particles in another order than their columns. Some have no radius, some no mass, and some were never listed.
 template <class T>
 struct Moved {
   std::vector<std::uint32_t> elements;
@@ -78,7 +78,7 @@ TEST_CASE_TEMPLATE("ways have the bits of the scalar ones on every instruction s
     Moved<T> expected(count);
     if (count > 20) {
       expected.x[1][4] = std::numeric_limits<T>::infinity();
-      expected.x[2][8] = std::numeric_limits<T>::max();  // its square is no number
+      expected.x[2][8] = std::numeric_limits<T>::max();  // its square overflows
     }
     const auto& scalar = find_passes(Isa::reference)->template of<T>().meet;
     const WaySums sums = expected.take(scalar);
@@ -95,13 +95,13 @@ TEST_CASE_TEMPLATE("ways have the bits of the scalar ones on every instruction s
       CHECK(same.has_movers == sums.has_movers);
       CHECK(got.find_strays(wide, T(2)) == age);
       CHECK(are_equal(got.velocity, expected.velocity));
-      if (count <= 20) CHECK(are_equal(got.end, expected.end));  // NaN has many bits
+      if (count <= 20) CHECK(are_equal(got.end, expected.end));  // NaN has many bit patterns
     }
   }
   test::has_several_isas();
 }
 
-// 20 particles go by (1, 2, 3) and one stays, which has no radius.
+// 20 particles move by (1, 2, 3), and one without a radius stays.
 TEST_CASE("ways are summed over what meets and is finite, and lists are old once one has strayed too far") {
   for (const Isa isa : available_isas(Arithmetic::separate)) {
     const auto& kernels = find_passes(isa)->f64.meet;
@@ -129,7 +129,7 @@ TEST_CASE("ways are summed over what meets and is finite, and lists are old once
                                    .allowed = 1};
     CHECK(kernels.find_strays(terms, 0, 21) == ListAge::fresh);
     CHECK(of.end[7].strays == 0);
-    // It may go by 1 + 0.5, of which 2 x 0.5 are for the sub-step that it strays in.
+    // A particle may stray by 1 + 0.5, of which 2 x 0.5 are reserved for the sub-step in which it strays.
     of.end[19].x[1] += 0.5;
     CHECK(kernels.find_strays(terms, 0, 21) == ListAge::fresh);
     CHECK(of.end[19].strays == 0.5);

@@ -1,4 +1,4 @@
-// Networks: the bits are the scalar twins', on every instruction set, in every layout, on any number of threads.
+// Networks have the scalar twins' bits on every instruction set, in every layout, on any number of threads.
 #include <doctest/doctest.h>
 
 #include <cstdint>
@@ -20,8 +20,8 @@ using test::plan_of;
 using test::Run;
 using test::stepped;
 
-// Every way in which springs lie: one register, several, a border in each place, wider than a stripe, neighbours at two,
-// damping, masses and springs of their own, neighbours anywhere.
+// Every arrangement of springs: one register, several, a border in each place, wider than a stripe, neighbours at a distance of
+// two, damping, individual masses and springs, neighbours anywhere.
 std::vector<Joined> bit_scenes() {
   std::vector<Joined> scenes;
   for (const auto& [rows, columns] : {std::pair{2U, 2U}, {3U, 5U}, {17U, 33U}, {3U, 300U}}) {
@@ -89,7 +89,7 @@ void check_bits(const Joined& joined, Arithmetic arithmetic) {
   }
 }
 
-// Each scene in every scheme, and both in each kind of number.
+// Each scene runs in every scheme; scenes and schemes rotate through the kinds of number.
 TEST_CASE("network: every ISA and layout gives the scalar reference's bits, in every scheme") {
   std::size_t first = 0;
   for (const Joined& joined : bit_scenes()) {
@@ -105,7 +105,7 @@ TEST_CASE("network: every ISA and layout gives the scalar reference's bits, in e
   }
 }
 
-// Where a row fills its registers no padding lies beyond it: what a spring that leads out of the grid reads is the next row.
+// A row that fills its registers has no padding. A spring that leads out of the grid would read the next row.
 TEST_CASE("network: no spring leads beyond the last column of a grid whose rows fill their registers") {
   for (const std::size_t columns : {16U, 32U}) {
     Joined bent = with(test::sheet(4, columns, 50, 0.001), {.scheme = Scheme::leapfrog});
@@ -132,7 +132,7 @@ TEST_CASE("network: any number of threads gives the same bits, many particles" *
   Joined joined = test::sheet(110, 150, 5, 0.0001);
   REQUIRE(joined.x.size() >= parallel_from);
   joined.step = 1.0 / 2000;
-  std::size_t turn = 0;  // each scheme meets one count of threads in the grid, the other in the list
+  std::size_t turn = 0;  // each scheme runs one thread count with the grid and the other with the list
   for (const Joined& scene : {joined, test::as_list(joined)}) {
     for (const Coupling& coupling : all_schemes) {
       const Joined coupled = with(scene, coupling);

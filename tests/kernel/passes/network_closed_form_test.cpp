@@ -1,4 +1,4 @@
-// Networks against closed forms, and against the reference path of a cloth.
+// Networks, compared with closed forms and with the reference path of a cloth.
 #include <doctest/doctest.h>
 
 #include <algorithm>
@@ -24,7 +24,7 @@ TEST_CASE(
   joined.x = {{-0.5, 0, 0}, {0.5, 0, 0}, {10, 0, 0}, {12, 0, 0}};
   joined.v = {{0, -7, 0}, {0, 7, 0}, {-0.1, 0, 0}, {0.1, 0, 0}};
   joined.step = 1.0 / 60;
-  constexpr double k = 5000;  // N/m, Omega = 100 rad/s of masses of 1 kg
+  constexpr double k = 5000;  // N/m, Omega = 100 rad/s for masses of 1 kg
   joined.scene.add(
       Network(Springs{.pairs = {{0, 1}, {2, 3}}, .stiffness = k, .rest_length = Scalars(std::vector<double>{0, 2})}));
   joined.scene.coupling = {.scheme = Scheme::accumulate, .substeps = 1, .method = Method::exact};
@@ -45,7 +45,7 @@ TEST_CASE(
 
 std::size_t steps_in(double time, double step) { return static_cast<std::size_t>(std::lround(time / step)); }
 
-// e is how far the pair is drawn, u = de/dt, with W and g of both masses: a = -W (e + h u + h^2 a) - g (u + h a), h = theta s.
+// e is the stretch of the pair, u = de/dt, W and g those of both masses: a = -W (e + h u + h^2 a) - g (u + h a), h = theta s.
 TEST_CASE("network: sequential is the theta step of a damped pair, as a list and as the rows of a grid") {
   constexpr double k = 400, c = 3, mass = 0.5, l = 1.25;
   constexpr double W = 2 * k / mass, g = 2 * c / mass;
@@ -81,7 +81,7 @@ TEST_CASE("network: sequential is the theta step of a damped pair, as a list and
   }
 }
 
-// Springs without stiffness only take speed away, a pair as if it were alone: u' = -g u along it.
+// Springs without stiffness only remove speed, a pair as if it were alone: u' = -g u along it.
 TEST_CASE("network: the filtered pulse damps a pair as its closed form does, whatever the step") {
   for (const double damping : {0.1, 3.0, 40.0}) {
     Joined pair = on_a_line({0, 1.25}, {-0.25, 0.75}, 0);
@@ -151,7 +151,7 @@ TEST_CASE("network: two bodies on a line follow their closed form; the filtered 
       const auto got = stepped<double>(with(joined, coupling), {.isa = best_isa()}, steps_in(row["t_s"], joined.step));
       return std::max(std::abs(x(got, 0, 0) - row["x1"]), std::abs(x(got, 1, 0) - row["x2"])) / scale;
     };
-    // Enough that a pair whose length nearly vanishes is not carried through itself within a step.
+    // Enough sub-steps that a pair with a nearly vanishing length does not pass through itself within a step.
     const int fine = std::max(20, static_cast<int>(omega / 60 / 0.05));
     worst_exact = std::max(worst_exact, error({.scheme = Scheme::accumulate, .substeps = fine, .method = Method::exact}));
     worst_filtered =

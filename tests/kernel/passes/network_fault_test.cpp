@@ -1,4 +1,4 @@
-// Networks with bad particles, coincident ends and fixed particles: each stays alone.
+// Networks with bad particles, coincident ends and fixed particles: no fault spreads.
 #include <doctest/doctest.h>
 
 #include <algorithm>
@@ -42,7 +42,7 @@ TEST_CASE("network: a bad particle stays alone, its neighbours go on without its
   }
 }
 
-constexpr std::size_t half = 63;  // particles of each of two sheets that nothing joins
+constexpr std::size_t half = 63;  // particles in each of two separate sheets
 
 Joined two_sheets() {
   Joined joined = test::sheet(7, 9, 50, 0.001);
@@ -65,7 +65,7 @@ Joined two_lists() {
 
 constexpr double not_a_number = std::numeric_limits<double>::quiet_NaN(), infinite = std::numeric_limits<double>::infinity();
 
-// In one of four ways, by the turn, a particle of either sheet is bad.
+// Makes a particle of either sheet bad in one of four ways, depending on the turn.
 template <class T>
 void check_other_sheet(const Joined& joined, const test::Run& run, const std::vector<T>& wanted, std::size_t turn) {
   constexpr std::array<std::array<double, 2>, 4> ways{
@@ -83,7 +83,7 @@ void check_other_sheet(const Joined& joined, const test::Run& run, const std::ve
                                                 << name(run.isa) << ", " << name(run.arithmetic) << ": " << difference);
 }
 
-// Springs to one particle are taken away.
+// Removes the springs of one particle.
 Joined without_springs_of(Joined joined, std::uint32_t particle) {
   for (Network& network : joined.scene.networks) {
     auto& springs = std::get<Springs>(network);
@@ -104,7 +104,7 @@ Joined without_springs_of(Joined joined, std::uint32_t particle) {
 }
 
 TEST_CASE_TEMPLATE("network: a bad particle changes no bit of what is not joined with it, in any scheme", T, float, double) {
-  std::size_t first = 0;  // every ISA meets every way in either sheet in one scheme or another
+  std::size_t first = 0;  // over all schemes, every ISA meets every way in either sheet
   for (const Joined& two : {two_sheets(), two_lists()}) {
     for (const Coupling& coupling : all_schemes) {
       const Joined joined = with(two, coupling);
@@ -113,7 +113,7 @@ TEST_CASE_TEMPLATE("network: a bad particle changes no bit of what is not joined
         std::vector<T> wanted;
         for (const Isa isa : available_isas(arithmetic)) {
           const Run run{.isa = isa, .arithmetic = arithmetic};
-          // fast arithmetic alone has other bits on another ISA
+          // only fast arithmetic has different bits on another ISA
           if (wanted.empty() || arithmetic == Arithmetic::fast) wanted = stepped<T>(joined, run, 4);
           check_other_sheet<T>(joined, run, wanted, turn++);
         }

@@ -1,4 +1,4 @@
-// Networks that are grids: one beside others in a plan, larger than a cache, and as the list of its springs.
+// Networks that are grids: several in one plan, larger than a cache, and as the list of their springs.
 #include <doctest/doctest.h>
 
 #include <cmath>
@@ -17,7 +17,7 @@ using test::Run;
 using test::stepped;
 
 TEST_CASE("network: a grid and the list of its springs give the same bits where particles sum their springs") {
-  // A list whose own order is far from its neighbours' is stepped in another one: there the sums' order differs (3 x 300).
+  // A list whose order is far from its neighbours' is stepped in another order, which changes the sums (3 x 300).
   for (const Joined& joined : {test::sheet(17, 33, 50), test::sheet(9, 20, 50, 0.001), test::sheet(60, 140, 5),
                                damped_diagonals(0), damped_diagonals(1e-60)}) {
     for (const Scheme scheme : {Scheme::leapfrog, Scheme::fourth_order}) {
@@ -55,7 +55,7 @@ TEST_CASE("network: each of two sheets that differ moves as it does alone") {
 constexpr std::size_t sheets_in_a_row = 60, torn_sheet = 31;
 constexpr std::size_t rows_of_each = 9, columns_of_each = 33, particles_of_each = rows_of_each * columns_of_each;
 
-// Some of the sheets, from one of them on. The particle at a seam is bad: torn springs must not lead from it to the sheet
+// `count` of the sheets, from number `first` on. The particle at a seam is bad: its torn springs must not reach the sheet
 // behind.
 Joined sheets_from(std::size_t first, std::size_t count, Scheme scheme, double damping) {
   constexpr std::size_t each = particles_of_each;
@@ -120,7 +120,7 @@ TEST_CASE("network: sheets of one plan have the same bits on any number of threa
   }
 }
 
-// Larger than a cache, where several pulses are taken at once; a double takes twice the room.
+// Larger than a cache, where several pulses are taken at once; a double needs twice the memory.
 Joined large_grid(std::size_t rows, const Coupling& coupling) {
   Joined joined = test::sheet(rows, 96, 5);
   joined.step = 1.0 / 960;

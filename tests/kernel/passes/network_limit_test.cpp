@@ -1,4 +1,4 @@
-// Networks: their highest frequency, and how many sub-steps that takes.
+// Networks: their highest frequency, and the sub-steps that it requires.
 #include <doctest/doctest.h>
 
 #include <algorithm>
@@ -22,7 +22,7 @@ using test::Layout;
 using test::plan_of;
 using test::stepped;
 
-// A row has one direction that springs act along, and as many motions that stretch none of them as there are particles.
+// The springs of a row act along one direction, and as many motions as there are particles stretch none of them.
 TEST_CASE("network: the highest frequency of rows is found, whatever the stiffness; sub-steps keep their energy within twice") {
   for (const std::size_t count : {2U, 3U, 8U, 20U}) {
     for (int n = 0; n < 40; ++n) {
@@ -87,7 +87,7 @@ NetworkLimit limit_of(const Joined& joined) {
 }
 
 TEST_CASE("network: the bound holds what any position may reach: of a star, and of a grid as of the list of its springs") {
-  // Three masses on springs of stiffness k to a fourth one in their middle: omega_max = sqrt(4 k/m).
+  // Three masses on springs of stiffness k to a fourth one in the middle: omega_max = sqrt(4 k/m).
   Joined star;
   star.x = {{1, 0, 0}, {-0.5, 0.8, 0}, {-0.5, -0.8, 0}, {0, 0, 0}};
   star.v.assign(4, {});
@@ -98,7 +98,7 @@ TEST_CASE("network: the bound holds what any position may reach: of a star, and 
 }
 
 TEST_CASE("network: a stretched spring is stiff across itself, too") {
-  // Two springs of stiffness k at right angles, twice as long as at rest: omega^2 = (k + k/2)/m along either.
+  // Two perpendicular springs of stiffness k, at twice their rest length: omega^2 = (k + k/2)/m along either.
   Joined corner;
   corner.x = {{0, 0, 0}, {2, 0, 0}, {0, 2, 0}};
   corner.v.assign(3, {});
@@ -109,7 +109,7 @@ TEST_CASE("network: a stretched spring is stiff across itself, too") {
 
 TEST_CASE("network: a sheet that hangs free is held to what its start asks for and a margin") {
   Joined sheet = test::sheet(9, 14, 50);
-  std::get<Grid>(sheet.scene.networks[0]).shear = 0;  // flat, its rows and columns do not feel each other; folded they do
+  std::get<Grid>(sheet.scene.networks[0]).shear = 0;  // flat, its rows and columns do not interact; folded, they do
   sheet.step = 1e-4;
   const NetworkLimit slow = limit_of(sheet);
   sheet.step = 8.9 * slow.limit / slow.frequency;
@@ -118,7 +118,7 @@ TEST_CASE("network: a sheet that hangs free is held to what its start asks for a
 }
 
 TEST_CASE("network: a damped pair is stable with as many sub-steps as the plan says") {
-  // w_a + w_b = 2/kg, c = 1000 kg/s: a sub-step takes away 2000/s of the speed, which must be below 2.
+  // w_a + w_b = 2/kg, c = 1000 kg/s: the damping rate is 2000/s, which times the sub-step must be below 2.
   Joined pair;
   pair.x = {{0, 0, 0}, {2, 0, 0}};
   pair.v = {{0, 0, 0}, {3, 0, 0}};
@@ -129,10 +129,10 @@ TEST_CASE("network: a damped pair is stable with as many sub-steps as the plan s
   CHECK(std::abs(v(after, 1, 0) + v(after, 0, 0) - 3) < 1e-12);
 }
 
-// From 3.106 to 3.133 of a sub-step's omega h the fourth order is stable, but swings by more than twice.
+// From omega h = 3.106 to 3.133 a sub-step of the fourth order is stable, but its energy more than doubles at times.
 TEST_CASE("network: the fourth order's own sub-steps keep a pair's energy within twice, near its limit too") {
   for (int n = 0; n < 30; ++n) {
-    const double angle = 30.9 + 0.015 * n;  // of a step
+    const double angle = 30.9 + 0.015 * n;  // for a step
     Joined pair = on_a_line({0, 1.01}, {0, 0}, 0);
     const double omega = angle / pair.step;
     const double k = omega * omega / 2;

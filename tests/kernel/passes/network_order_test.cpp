@@ -1,4 +1,4 @@
-// Networks: the order of each scheme, and what it must keep.
+// Networks: the order of each scheme, and conserved quantities.
 #include <doctest/doctest.h>
 
 #include <algorithm>
@@ -75,8 +75,8 @@ TEST_CASE("network: a symmetric scheme is its own inverse") {
   }
 }
 
-// One step from rest at theta = 1/2 makes velocities of the displacements; near the rest lengths that is a matrix, which a
-// forward and a backward sweep leave symmetric, however far the springs are from being solved.
+// One step from rest at theta = 1/2 turns displacements into velocities. Near the rest lengths this is a matrix, which a
+// forward and a backward sweep keep symmetric, however incomplete the solution is.
 TEST_CASE("network: a forward and a backward sweep act on two particles alike, in strands and in colours") {
   Joined sheet = test::sheet(5, 5, 5000);
   sheet.scene.forces.clear();
@@ -110,9 +110,9 @@ TEST_CASE("network: a forward and a backward sweep act on two particles alike, i
   }
 }
 
-// The fourth order goes back a little between two pulses. A particle that has just left the floor is then below it for a while.
+// The fourth order moves back slightly between two pulses. A particle that just left the floor is then below it for a while.
 TEST_CASE("network: a bounce between the pulses of the fourth order is one bounce, though the scheme goes back over it") {
-  for (const double height : {0.42, 0.59, 0.3}) {  // met where a flow backwards follows, twice, and where none does
+  for (const double height : {0.42, 0.59, 0.3}) {  // a backward flow passes the impact again, in two of them
     Joined pair;
     pair.x = {{0, height, 0}, {10, 5, 0}};
     pair.v = {{0, -1, 0}, {0, 0, 0}};
@@ -133,7 +133,7 @@ TEST_CASE("network: free sheets keep their momentum") {
     Joined joined = with(test::sheet(9, 20, 50, 0.001), coupling);
     joined.scene.forces.clear();
     joined.scene.fixed.clear();
-    double moved = 0;  // the sum of all momenta, each as large as it is
+    double moved = 0;  // the sum of the momenta's absolute values
     const auto momentum = [&](const std::vector<double>& values) {
       Vec3 p{};
       moved = 0;
@@ -146,7 +146,7 @@ TEST_CASE("network: free sheets keep their momentum") {
       return p;
     };
     const auto before = momentum(stepped<double>(joined, {.isa = best_isa()}, 0));
-    // Exact contributions of pairs that share particles gain energy at every step: they are not asked for long.
+    // Exact contributions of pairs that share particles gain energy at every step, so these runs are short.
     const std::size_t steps = coupling.method == Method::exact ? 10 : 100;
     const auto after =
         momentum(stepped<double>(joined, {.isa = best_isa()}, coupling.scheme == Scheme::accumulate ? steps : 100));

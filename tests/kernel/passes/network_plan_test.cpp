@@ -1,4 +1,4 @@
-// Networks: what a plan of them refuses, and what changes in it.
+// Networks: refusals of a plan, and its changes.
 #include <doctest/doctest.h>
 
 #include <limits>
@@ -33,7 +33,7 @@ TEST_CASE("network: a plan that another thread steps says so" * doctest::test_su
       for (std::size_t i = 0; i < count; ++i) body(task, i);
     }
   };
-  // Small sheets ask for no threads, so step a large one.
+  // Small sheets use no threads, so this steps a large one.
   const Joined large = test::sheet(140, 150, 5);
   Batch<float> of_large(Layout::soa, large.x.size());
   test::place(large, of_large.view());

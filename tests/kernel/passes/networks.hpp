@@ -1,4 +1,4 @@
-// Networks of springs, as tests set them up, and the schemes that step them.
+// Test setups of networks of springs, and the schemes that step them.
 #pragma once
 
 #include <array>
@@ -36,7 +36,7 @@ inline constexpr std::array all_schemes = {
     Coupling{.scheme = Scheme::accumulate, .method = Method::combined},
 };
 
-// A damped sheet whose rows and columns are joined by springs of stiffness 0, which are none, or of one that is 0 in float32.
+// A damped sheet. The springs along its rows and columns have stiffness 0, which removes them, or one that is 0 in float32.
 inline Joined damped_diagonals(double structural) {
   Joined sheet = test::sheet(9, 20, 50, 0.02);
   auto& grid = std::get<Grid>(sheet.scene.networks[0]);

@@ -1,4 +1,4 @@
-// Particles that are stepped by a kernel table directly, without a plan.
+// Particles stepped directly by a kernel table, without a plan.
 #pragma once
 
 #include <array>
@@ -53,7 +53,7 @@ void for_each_kernels(F&& f) {
   }
 }
 
-// Particles under constant acceleration, with contacts and radial springs; a number that is a multiple of 16.
+// Particles under constant acceleration, with contacts and radial springs. The count is rounded up to a multiple of 16.
 template <class T>
 class Particles {
  public:
@@ -87,8 +87,8 @@ class Particles {
     offsets_.P[axis] = static_cast<T>(dv);
     offsets_.Q[axis] = static_cast<T>(dx);
   }
-  // Springs of z and drag of q a step, which differ from axis to axis, bend the paths, and so does a force that depends on time
-  // where theta > 0. (The particles move as they did: paths meet their ends whatever makes them.)
+  // Bends the paths by springs of z and drag of q a step, which differ between axes, and by a force that depends on time if
+  // theta > 0. (The particles move as before: paths reach their ends whatever their cause.)
   void bend(double z, double q, double theta) {
     terms.bend.axes = 3;
     for (std::size_t axis = 0; axis < 3; ++axis) {

@@ -20,7 +20,7 @@
 
 namespace dvdx::test::push_out_test {
 
-// A body about the origin, and how far a point is out of it, by geometry alone.
+// A body at the origin, and a point's distance from it by geometry alone.
 struct Body {
   std::string name;
   Contact contact;
@@ -65,7 +65,7 @@ std::vector<Body> bodies(double speed, double friction = 0) {
       {"convex", pushing(convex, speed, friction), in_box}};
 }
 
-// The sheet of 1 m across, 1 cm above the origin, at rest. Its faces meet nothing: they push too (face_contact_test.cpp).
+// A sheet of 1 m at rest, 1 cm above the origin. Its faces do not interact; face_contact_test.cpp covers their pushes.
 Joined sheet_through(const Body& body, Scheme scheme, std::size_t side = 9) {
   Joined joined;
   joined.name = body.name;
@@ -120,7 +120,7 @@ TEST_CASE_TEMPLATE("Start inside: nothing leaves faster than push_out", T, float
           REQUIRE(plan.step(batch.view(), 1) == StepResult::done);
           for (std::size_t i = 0; i < depth.size(); ++i) {
             const double now = body.distance(of_particle(batch.view().x, i));
-            // Particles outside stay there.
+            // Particles outside must stay outside.
             if (depth[i] < -1e-4) {
               fastest = std::max(fastest, (std::min(now, 0.0) - depth[i]) / joined.step);
             } else {
@@ -147,7 +147,7 @@ TEST_CASE_TEMPLATE("A free particle inside leaves by push_out, and keeps of its 
       Joined joined;
       joined.name = body.name;
       joined.scene.add(body.contact);
-      // At rest; inwards, outwards, and along the surface.
+      // At rest, inwards, outwards, and along the surface.
       joined.x.assign(4, {0.0, 0.05, 0.0});
       joined.v = {{}, {0, -3, 0}, {0, 3, 0}, {1e-3, 0.1, 0}};
       Batch<T> batch(Layout::soa, joined.x.size());
@@ -251,7 +251,7 @@ TEST_CASE("Leaving is no impact, and friction brakes by what presses") {
   ContactReport report(1);
   REQUIRE(plan.step(batch.view(), report, 10) == StepResult::done);
   CHECK(report.of(0).hits == 0);
-  // Coulomb's: mu g t.
+  // Coulomb friction: mu g t.
   CHECK(is_close(batch.view().v[0][0], 1 - 0.5 * 10 * 0.1, 1e-9));
   CHECK(is_close(report.of(0).impulse[1], -10 * 0.1, 1e-9));
   CHECK(is_close(batch.view().x[1][0], -0.04, 1e-9));

@@ -1,5 +1,5 @@
-// The path of radial springs in space, against Runge and Kutta's fourth order in long double at tiny steps, extrapolated; and
-// the order at which each method comes to it.
+// The path of radial springs in space, compared with fourth-order Runge-Kutta in long double at tiny steps, extrapolated; and
+// the order at which each method approaches it.
 #include <doctest/doctest.h>
 
 #include <algorithm>
@@ -20,7 +20,7 @@ struct Body {
   Point x{}, v{};
 };
 
-// A radial spring and what else acts on a particle of 1 kg.
+// A radial spring and the other forces on a particle of 1 kg.
 struct Orbit {
   std::string name;
   double stiffness = 0, damping = 0, rest_length = 0;
@@ -91,7 +91,7 @@ double distance(const Point& a, const Point& b) {
       std::sqrt((a[0] - b[0]) * (a[0] - b[0]) + (a[1] - b[1]) * (a[1] - b[1]) + (a[2] - b[2]) * (a[2] - b[2])));
 }
 
-// Richardson: the fourth order's leading error falls to a sixteenth with half the step.
+// Richardson extrapolation: half the step reduces the leading error of fourth order to a sixteenth.
 Reference reference_of(const Orbit& orbit) {
   const auto extrapolated = [&](int steps) {
     const Body coarse = run_plain(orbit, steps);
@@ -106,7 +106,7 @@ Reference reference_of(const Orbit& orbit) {
   return {end, distance(end.x, extrapolated(10000).x)};
 }
 
-// In a plane that lies askew, about an anchor that is not the origin.
+// Orbits in an oblique plane, about an anchor off the origin.
 std::vector<Orbit> orbits() {
   const Vec3 anchor{0.2, -0.1, 0.3};
   const Vec3 x{1.4, -0.1, 0.3};
@@ -141,7 +141,7 @@ struct Order {
   double order;
   double at_60;  // m after 2 s at 60 Hz
 
-  // Beside a drag the separate contributions of any two forces come to the path at the first order.
+  // With drag, separate contributions of any two forces approach the path at first order.
   [[nodiscard]] Order beside(const Orbit& orbit) const {
     return orbit.drag > 0 && method != Method::combined ? Order{method, name, 1, std::max(at_60, 1e-2)} : *this;
   }

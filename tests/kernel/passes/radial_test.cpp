@@ -1,4 +1,4 @@
-// The radial pass on its own: every table of every ISA, against what a spring does along and across its axis.
+// The radial pass by itself: every table of every ISA, compared with a spring's motion along and across its axis.
 #include <doctest/doctest.h>
 
 #include <bit>
@@ -58,7 +58,7 @@ double energy(const State3<T>& s, double W, double l) {
   return v / 2 + W * (std::sqrt(r) - l) * (std::sqrt(r) - l) / 2;
 }
 
-// Half a step of drift, the kick, half a step of drift: along the axis the frequency is exact at every z.
+// Half a step of drift, the kick, and half a step of drift: the frequency along the axis is exact at every z.
 TEST_CASE_TEMPLATE("a kicked spring keeps its frequency along its axis", T, float, double) {
   for_each_kernels<T>([](const Kernels<T>& kernels, const std::string& words) {
     CAPTURE(words);
@@ -167,7 +167,7 @@ TEST_CASE_TEMPLATE("a spring without a direction does nothing", T, float, double
 
 Plan<double> plan_of(const Scene& scene, double h) { return std::move(*compile<double>(scene, {.step = h})); }
 
-// Puts particle i near the springs' anchors; the number says where.
+// Puts particle i near the springs' anchors; `number` selects the place.
 void place(const State<double>& state, std::size_t i, std::size_t number) {
   for (std::size_t axis = 0; axis < 3; ++axis) {
     state.x[axis][i] = std::sin(0.7 * static_cast<double>(number) + static_cast<double>(axis));
@@ -198,7 +198,7 @@ TEST_CASE("radial springs of particles that differ move each as a plan of its ow
   constexpr double h = 1.0 / 60;
   std::vector<double> each(n);
   for (std::size_t i = 0; i < n; ++i) each[i] = 0.5 + 0.2 * static_cast<double>(i);
-  // One of mass, stiffness and rest length differs from particle to particle.
+  // One of mass, stiffness and rest length differs between particles.
   const auto scene_of = [](Method method, std::size_t which, const Scalars& values) {
     Scene scene;
     scene.method = method;

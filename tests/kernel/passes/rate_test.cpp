@@ -1,4 +1,4 @@
-// The rate pass: the same bits on every ISA as its scalar twin, and right to the stated bound.
+// The rate pass: the scalar twin's bits on every ISA, and errors within the stated bound.
 #include "flow/rate.hpp"
 
 #include <doctest/doctest.h>
@@ -24,7 +24,7 @@ namespace rate_test {
 
 constexpr double h = 1.0 / 60;
 
-// Every regime: free, tiny, oscillating to the end of the lanes' range, critical and nearly so, overdamped, drag alone.
+// Every regime: free, tiny, oscillating up to the lanes' limit, critical and nearly critical, overdamped, drag only.
 struct Regimes {
   std::vector<double> W, g;
   Regimes() {
@@ -96,7 +96,7 @@ TEST_CASE("rate: every instruction set and either arithmetic make the bits of th
   const Regimes grid;
   for (const double step : {h, -h / 64}) {
     Regimes here = grid;
-    // Backwards, damping beyond exp(600) overflows and is refused by a plan.
+    // Backwards, damping beyond exp(600) overflows, and a plan refuses it.
     if (step < 0) std::transform(here.g.begin(), here.g.end(), here.g.begin(), [](double g) { return std::min(g, 1e4); });
     const Made wanted = make(here, Isa::reference, Arithmetic::separate, step);
     for (const Arithmetic arithmetic : {Arithmetic::separate, Arithmetic::contracted}) {
@@ -123,7 +123,7 @@ TEST_CASE("rate: coefficients within 6 eps of their exact value, or 2 z eps of t
       if (want != 0) worst = std::max(worst, std::abs(got - want) / (bound * std::abs(want)));
     };
     if (z > 1) {
-      // An oscillation's coefficients pass through zero: they are right relative to the amplitude of the oscillation.
+      // The coefficients of an oscillation pass through zero, so their errors are relative to its amplitude.
       const double omega = std::sqrt(grid.W[i]);
       CHECK(std::abs(made.A[i] - exact.A) <= bound * omega);
       CHECK(std::abs(made.B[i] - exact.B) <= bound * 2);

@@ -1,4 +1,4 @@
-// The removal pass of every instruction set against std::remove_if and against the scalar twin.
+// The removal pass of every instruction set, compared with std::remove_if and with the scalar twin.
 #include <doctest/doctest.h>
 
 #include <algorithm>
@@ -23,7 +23,7 @@ constexpr std::size_t guard = 3;
 
 using Removed = std::array<std::uint64_t, 2>;
 
-// Marks that keep none, all, every second, the ends, and some drawn.
+// Marks that remove none, all, every second, the ends, and random ones.
 std::vector<Removed> all_marks() {
   std::vector<Removed> marks = {{0, 0},
                                 {~std::uint64_t{0}, ~std::uint64_t{0}},
@@ -39,7 +39,7 @@ std::vector<Removed> all_marks() {
 
 bool is_gone(const Removed& removed, std::size_t i) { return (removed[i / 64] >> (i % 64) & 1) != 0; }
 
-// Numbers that differ in every byte; among them bits that are signalling NaN as floats.
+// Numbers that differ in every byte; some are signalling NaNs as floats.
 template <class Word>
 std::vector<Word> numbers(std::size_t count) {
   std::vector<Word> all(count + 2 * guard);
@@ -58,7 +58,7 @@ std::vector<Word> expected(const std::vector<Word>& from, const Removed& removed
   return kept;
 }
 
-// Some columns at once, in place and from 0 to 3 elements below.
+// Compacts some columns at once, in place and to 0 to 3 elements below.
 template <class Word>
 void check_compact(Compact compact, const Removed& removed, std::size_t count, std::size_t columns) {
   const std::vector<Word> from = numbers<Word>(count);
@@ -83,7 +83,7 @@ void check_compact(Compact compact, const Removed& removed, std::size_t count, s
 
 std::string words(Isa isa, std::size_t count) { return std::string(name(isa)) + ", count " + std::to_string(count); }
 
-// Finite numbers, and at some places what is not.
+// Finite numbers, with non-finite ones at some places.
 template <class T>
 std::vector<T> values(std::size_t count, std::uint64_t seed) {
   constexpr std::array odd = {std::numeric_limits<T>::quiet_NaN(), std::numeric_limits<T>::infinity(),

@@ -14,7 +14,7 @@ namespace residual_test {
 
 using namespace dvdx;
 
-constexpr float guard = -77;  // beyond what a call may write to
+constexpr float guard = -77;  // beyond the range that a call may write
 
 struct Split {
   std::vector<float> value, residual;
@@ -28,7 +28,7 @@ Split split(const ResidualKernels& kernels, const std::vector<double>& numbers, 
   return out;
 }
 
-// Numbers of every size, among them some that float32 cannot hold.
+// Numbers of every size, including some that float32 cannot hold.
 std::vector<double> many_numbers() {
   std::vector<double> numbers;
   for (int k = 0; k < 100; ++k)

@@ -1,4 +1,4 @@
-// Particles that springs of a network press onto surfaces: they rest in any edge, and those that friction holds do not creep.
+// Particles pressed onto surfaces by a network's springs: they rest in any edge, and friction holds them without creep.
 #include <doctest/doctest.h>
 
 #include <algorithm>
@@ -18,7 +18,7 @@ constexpr double pi = 3.14159265358979323846;
 
 enum class Body { plane, ball, capsule, box };
 
-// The surface of that body through the origin, with this normal there.
+// The surface of the body through the origin, with the normal n there.
 Contact surface(Body body, const Vec3& n, double friction) {
   constexpr double r = 0.5;
   const Vec3 center = scaled(n, -r);
@@ -66,7 +66,7 @@ Vec3 at(const std::vector<T>& values, std::size_t first) {
   return {static_cast<double>(values[first]), static_cast<double>(values[first + 1]), static_cast<double>(values[first + 2])};
 }
 
-// It used to go from wall to wall for ever: the pulse turned along one wall by it went up the other one.
+// A past defect: the particle moved from wall to wall for ever, because a pulse deflected by one wall led up the other one.
 TEST_CASE_TEMPLATE("a particle that a spring presses into an edge of 91 to 175 degrees rests there within 2 s", T, float,
                    double) {
   std::size_t turn = sizeof(T) == 4 ? 0 : 1;  // schemes take turns, so that each meets every angle, body and friction
@@ -132,7 +132,7 @@ TEST_CASE_TEMPLATE("Many that springs press into edges and onto walls have the t
   }
 }
 
-// A tight ring on two balls used to jump in the groove between them.
+// A past defect: a tight ring on two balls jumped in the groove between them.
 TEST_CASE("A ring that is drawn into the groove between two balls rests there within 4 s") {
   constexpr std::size_t rings = 1, around = 16;
   for (const Coupling& coupling : couplings(4)) {
@@ -158,8 +158,8 @@ TEST_CASE("A ring that is drawn into the groove between two balls rests there wi
   }
 }
 
-// Whatever friction holds: what the spring presses 10 degrees off the normal, and what it pulls along a surface that gravity
-// presses onto. It used to go F h^2/2 in each sub-step, until the spring pulled no more.
+// Friction holds a particle that a spring presses at 10 degrees to the normal, and one that a spring pulls along a surface
+// under gravity. A past defect: the particle moved by F h^2/2 in each sub-step until the spring no longer pulled.
 TEST_CASE("a particle that friction holds against a spring does not creep") {
   for (const Body body : {Body::plane, Body::ball, Body::capsule, Body::box}) {
     for (const int substeps : {body == Body::plane ? 1 : 3}) {
@@ -180,7 +180,7 @@ TEST_CASE("a particle that friction holds against a spring does not creep") {
   }
 }
 
-// It slides, and comes to a stop: it creeps no more from there on.
+// The particle slides, stops, and does not creep from there on.
 TEST_CASE("a particle that friction has stopped against a spring stays where it is") {
   for (const Coupling& coupling : couplings(2)) {
     Joined joined = on_spring(coupling, {1, 0, 0}, {}, 1.0, 0.996);

@@ -1,4 +1,4 @@
-// Chains of rods: tense, loaded, closed and drawn straight, at 60 and 240 steps a second.
+// Chains of rods: taut, loaded, closed and straight, at 60 and 240 steps a second.
 #include <doctest/doctest.h>
 
 #include <algorithm>
@@ -23,7 +23,7 @@ using test::Run;
 
 constexpr double g = 9.81;
 
-// Rods from particle to particle, as long as they are at the start.
+// Rods from particle to particle, with the lengths of the start.
 Joined chain(std::string name, std::vector<Vec3> places, std::vector<double> masses, double hz) {
   Joined joined;
   joined.name = std::move(name);
@@ -39,7 +39,7 @@ Joined chain(std::string name, std::vector<Vec3> places, std::vector<double> mas
   return joined;
 }
 
-// From the horizontal, the last particle `load` times as heavy as the others.
+// A chain released from the horizontal, whose last particle is `load` times as heavy as the others.
 Joined loaded(std::size_t links, double load, double hz) {
   std::vector<Vec3> places;
   std::vector<double> masses(links + 1, 1);
@@ -68,7 +68,7 @@ Joined hanging(std::size_t links, double hz) {
   return joined;
 }
 
-// A circle that stands on its side and falls over.
+// A circle that stands on edge and falls over.
 Joined ring(std::size_t links, double hz) {
   std::vector<Vec3> places;
   for (std::size_t i = 0; i < links; ++i) {
@@ -106,10 +106,10 @@ double stretch(const Joined& joined, const std::vector<T>& values) {
 }
 
 struct Worst {
-  double stretch = 0, gained = 0, lost = 0;  // energies in units of the weight times the way to the fixed end
+  double stretch = 0, gained = 0, lost = 0;  // energies in units of the weights times their distances to the fixed end
 };
 
-// Looked at ten times.
+// Sampled ten times.
 template <class T>
 Worst worst_of(const Joined& joined, double seconds) {
   test::Batch<T> batch(test::Layout::soa, joined.x.size());
@@ -186,7 +186,7 @@ TEST_CASE_TEMPLATE("rods: a ring that hangs by one particle or by two", T, float
   }
 }
 
-// Each rod leads on to two more.
+// Each rod branches into two more.
 Joined tree(std::size_t forks, double hz) {
   std::vector<Vec3> places{{0, 0, 0}, {1, 0, 0}};
   std::vector<Pair> rods{{0, 1}};
@@ -201,7 +201,7 @@ Joined tree(std::size_t forks, double hz) {
   return joined;
 }
 
-// By a rod of its own from its first particle to what is fixed.
+// A ring connected to a fixed particle by a rod from its first particle.
 Joined ring_on_a_rod(std::size_t links, double hz) {
   Joined joined = ring(links, hz);
   joined.name += " on a rod";
@@ -213,7 +213,7 @@ Joined ring_on_a_rod(std::size_t links, double hz) {
   return joined;
 }
 
-// A ring of 40 on a rod gained 13 times what there was.
+// A past defect: a ring of 40 on a rod gained 13 times its energy.
 TEST_CASE_TEMPLATE("rods: trees, and rings on a rod, take sub-steps by what hangs on them", T, float, double) {
   for (const Joined& joined : {tree(1, 60), tree(4, 60), tree(1, 240), ring_on_a_rod(12, 60), ring_on_a_rod(40, 60)}) {
     CAPTURE(joined.name);
@@ -254,7 +254,7 @@ TEST_CASE(
   CHECK(substeps(loaded(1, 1, 60), g) == 1);
   CHECK(substeps(ring(40, 60), g) == 1);
   CHECK(substeps(ring_on_a_rod(40, 60), g) == 39);
-  // A load on one tip is not on the others, which are light.
+  // A load on one tip does not load the other tips, which are light.
   Joined uneven = tree(1, 60);
   uneven.scene.mass = std::vector<double>{1, 1, 1e-4, 100};
   CHECK(substeps(uneven, g) == std::ceil(std::sqrt(2 * (101.0001 + 1e-4 + 100) * g) / 60 / 0.1));
@@ -271,7 +271,7 @@ TEST_CASE_TEMPLATE("rods: drawn straight between two fixed ends a chain stays", 
   }
 }
 
-// The held particles follow a motion each instead, and all start with the velocity u.
+// Turns each held particle into a follower of its own motion. All particles start with the velocity u.
 Joined carried(Joined joined, std::vector<Motion> motions, const Vec3& u = {}) {
   const std::vector<std::size_t> held = std::exchange(joined.scene.fixed, {});
   motions.resize(std::max(motions.size(), held.size()), motions.back());
@@ -285,7 +285,7 @@ Joined carried(Joined joined, std::vector<Motion> motions, const Vec3& u = {}) {
   return joined;
 }
 
-// Straight, turning about its middle, which flies.
+// A straight chain that turns about its middle, which flies.
 Joined twirled(std::size_t links, double load) {
   Joined joined = loaded(links, load, 60);
   joined.name += ", free";
@@ -294,7 +294,7 @@ Joined twirled(std::size_t links, double load) {
   return joined;
 }
 
-// Held bent by springs from each particle to the next but one, whose pulses are work within a sub-step.
+// A chain bent by springs between every second particle, whose pulses do work within a sub-step.
 Joined sprung(std::size_t links) {
   Joined joined = loaded(links, 1, 60);
   joined.name += ", sprung";
@@ -323,7 +323,7 @@ TEST_CASE("rods: whatever velocity all moves at, held ends too, they do as at re
   }
 }
 
-// At 60 steps a second and at 960.
+// Compares 60 steps a second with 960.
 TEST_CASE("rods: chains whose held ends jerk, each in its way, swing as by fine steps") {
   const auto jerk = [](const Vec3& way) {
     return Motion{.center = {}, .keys = {{.time = 0.1}, {.time = 0.2, .translation = way}}};
@@ -343,14 +343,14 @@ TEST_CASE("rods: chains whose held ends jerk, each in its way, swing as by fine 
       CHECK(apart < 0.08);
       CHECK(stretch(joined, coarse) < slack<double>);
     }
-    // The light particle in the middle goes its own way, but the load has no energy that the fixed end has not given it.
+    // The light particle in the middle may deviate, but the load's energy comes only from the fixed end.
     const Joined heavy = carried(loaded(2, 1e4, 60), {jerk(way)});
     CHECK(energy(heavy, end_of(heavy, 60)) < energy(heavy, end_of(heavy, 960)) + 1e-2 * 1e4 * g * 2);
   }
 }
 
 TEST_CASE_TEMPLATE("rods: chains that take sub-steps of their own, the scalar reference's bits", T, float, double) {
-  // Chains of many lengths side by side, some of which ask for many sub-steps, and one that stays.
+  // Chains of many lengths side by side. Some require many sub-steps, and one stays at rest.
   Joined all = loaded(2, 1e4, 60);
   auto& rods = std::get<Distance>(all.scene.constraints[0]);
   std::vector<double> masses{1, 1, 1e4};
@@ -370,7 +370,7 @@ TEST_CASE_TEMPLATE("rods: chains that take sub-steps of their own, the scalar re
   }
   all.scene.mass = Scalars(masses);
   for (const double step : {1.0 / 60, -1.0 / 60}) {
-    // Forwards and backwards, in float32 and float64, and in both arithmetics: every pair of them.
+    // Forwards and backwards, in float32 and float64, and in both arithmetics: every pair of values.
     const Arithmetic arithmetic = (step > 0) == (sizeof(T) == 4) ? Arithmetic::separate : Arithmetic::contracted;
     all.step = step;
     const auto wanted = test::stepped<T>(all, {.arithmetic = arithmetic}, 3);

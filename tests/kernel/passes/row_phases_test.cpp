@@ -1,5 +1,5 @@
-// Rows of a sheet into their phases and back (lines of springs: spring_lines_test.cpp): as the scalar reference does, whatever
-// a row's length, and nothing beside them.
+// Rows of a sheet copied into their phases and back (for lines of springs see spring_lines_test.cpp): as the scalar reference
+// does for every row length, without touching other elements.
 #include <doctest/doctest.h>
 
 #include <cstddef>

@@ -1,5 +1,4 @@
-// Lines of springs that sequential solves at once: what hangs on them at rest, both momenta, no heat, the scalar reference's
-// bits.
+// Lines of springs that sequential solves at once: sag at rest, both momenta, no heat, and the scalar reference's bits.
 #include <doctest/doctest.h>
 
 #include <algorithm>
@@ -39,10 +38,10 @@ struct Rope {
   double k = 1e6;                  // N/m
   double link = 0.01, load = 100;  // kg
   double apart = 0.1;              // m
-  Vec3 way{0, -1, 0};              // in which it is laid out
+  Vec3 way{0, -1, 0};              // direction of the rope at the start
 };
 
-// It hangs by its first particle, its springs as long as they are at rest.
+// A rope that hangs by its first particle, with its springs at their equilibrium lengths.
 Joined hanging(const Rope& rope) {
   Joined joined;
   Springs springs{.pairs = {}, .stiffness = rope.k, .rest_length = Scalars(rope.apart)};
@@ -80,10 +79,10 @@ TEST_CASE("spring lines: a rope holds its load by one sub-step, however stiff it
       const double found = stretch(rope, stepped<double>(joined, {.isa = best_isa()}, 90)[at]);
       CAPTURE(joined.name);
       CAPTURE(step);
-      // A sub-step ends half of itself behind the springs' pulse.
+      // A sub-step ends half of its length after the springs' pulse.
       const double bound = 0.02 * wanted + 1.05 * gravity * step * step / 8;
       CHECK(std::abs(found - wanted) < bound);
-      // Forces that differ by a rounding move the lightest links by it, times their inverse mass.
+      // A rounding error of the forces moves the lightest links in proportion to their inverse mass.
       const double in_float = stretch(rope, static_cast<double>(stepped<float>(joined, {.isa = best_isa()}, 90)[at]));
       const double rounding = 1e-6 * static_cast<double>(rope.springs) * (1 + rope.load / rope.link * gravity * step * step);
       CHECK(std::abs(in_float - wanted) < bound + rounding);
@@ -94,7 +93,7 @@ TEST_CASE("spring lines: a rope holds its load by one sub-step, however stiff it
   }
 }
 
-// Moved out of line by 1e-5 m: tension turns light links by more than they are long in a sub-step.
+// Displaces particles by 1e-5 m. Tension turns light links by more than their length within a sub-step.
 void scatter_across(Joined& joined) {
   for (std::size_t i = 1; i < joined.x.size(); ++i) {
     joined.x[i][0] += 1e-5 * test::scatter(i, 0);
@@ -130,7 +129,7 @@ struct Sheet {
   double drag = 3;  // 1/s
 };
 
-// 1 m and 1 kg, hung up in its plane, by two corners or by its first row.
+// A sheet of 1 m and 1 kg, hung in its plane by two corners or by its first row.
 Joined hung(const Sheet& sheet) {
   Joined joined;
   const std::size_t n = sheet.side;
@@ -160,7 +159,7 @@ double lowest(const std::vector<double>& values) {
   return y;
 }
 
-// Not in rows as they are numbered, and with a spring that no sheet has.
+// Not numbered in rows, and with a spring that no sheet has.
 Joined as_colours(const Joined& joined) { return test::with_spring_across(test::as_list(joined)); }
 
 TEST_CASE("spring lines: a sheet hangs as deep by one sub-step of 1/60 s as leapfrog has it") {
@@ -193,7 +192,7 @@ TEST_CASE("spring lines: a sheet that does not hang quite in its plane hangs as 
   }
 }
 
-// A sheet in flight that turns and is bent.
+// A free sheet that turns and is bent.
 Joined free_sheet(std::size_t rows, std::size_t columns, double damping) {
   Joined joined = test::sheet(rows, columns, 500, damping);
   joined.scene.forces.clear();
@@ -207,7 +206,7 @@ Joined free_sheet(std::size_t rows, std::size_t columns, double damping) {
   return joined;
 }
 
-// Per mass of a particle.
+// Momenta divided by a particle's mass.
 std::array<double, 6> momenta(const std::vector<double>& values) {
   std::array<double, 6> sums{};
   for (std::size_t i = 0; i < values.size(); i += 6) {
@@ -281,7 +280,7 @@ TEST_CASE("spring lines: a sheet that falls and crumples has no more energy than
   }
 }
 
-double energy(const Joined& joined, const std::vector<double>& values) {  // J, of equal masses
+double energy(const Joined& joined, const std::vector<double>& values) {  // J, for equal masses
   double sum = 0;
   for (std::size_t i = 0; i < values.size(); i += 6) {
     const double* const v = &values[i + 3];
@@ -290,7 +289,7 @@ double energy(const Joined& joined, const std::vector<double>& values) {  // J, 
   return sum;
 }
 
-// Held by a row and let go from flat with up to 2 m/s: waves run along it that press its springs hard.
+// Held by a row and released flat with up to 2 m/s: waves run along the sheet that compress its springs strongly.
 TEST_CASE("spring lines: forces of springs that are pressed hard are not redirected: they would give a sheet energy") {
   Joined joined = hung({.side = 27, .k = 8e3, .by_row = true, .drag = 0});
   joined.scene.forces.resize(1);
@@ -324,7 +323,7 @@ void check_bits(Joined joined, Arithmetic arithmetic) {
   }
   const std::vector<T> wanted = stepped<T>(joined, {.arithmetic = arithmetic}, 2);
   for (const Isa isa : available_isas(arithmetic)) {
-    // Below 16384 particles threads share no sweep, and one number of them is enough.
+    // Below 16384 particles threads share no sweep, so one thread count is enough.
     const std::string difference =
         test::difference(wanted, stepped<T>(joined, {.isa = isa, .arithmetic = arithmetic, .threads = 2}, 2));
     CHECK_MESSAGE(difference.empty(),
@@ -332,7 +331,7 @@ void check_bits(Joined joined, Arithmetic arithmetic) {
   }
 }
 
-// Masses of each particle's own, some particles fixed, some springs torn, a bad particle, two in one place.
+// Individual masses, some fixed particles, some torn springs, a bad particle, and two particles in one place.
 Joined with_faults(Joined joined) {
   const std::size_t count = joined.x.size();
   joined.scene.mass.make_each(count);
@@ -368,7 +367,7 @@ TEST_CASE("spring lines: sheets of every shape give the scalar reference's bits 
         Joined joined = test::sheet(rows, columns, 500, damping);
         if (rows < 3 || columns < 3) joined.scene.fixed = {0};
         std::get<Grid>(joined.scene.networks[0]).bend = bend;
-        const bool is_odd = (damping == 0) == (bend == 0);  // by turns, so that each meets both dampings and both bends
+        const bool is_odd = (damping == 0) == (bend == 0);  // takes turns, so that each meets both dampings and both bends
         if (is_odd) check_bits<float>(joined, Arithmetic::separate);
         if (!is_odd) check_bits<double>(joined, Arithmetic::contracted);
         if (rows > 4) check_bits<float>(with_faults(is_odd ? joined : test::as_list(joined)), Arithmetic::separate);
@@ -379,7 +378,7 @@ TEST_CASE("spring lines: sheets of every shape give the scalar reference's bits 
 
 double turning_of(const Joined& joined) { return test::plan_of<double>(joined, {}).network_limit()->estimate.turning; }
 
-// With so much weight that its springs turn at five times a sub-step, and forces of lines are redirected.
+// Adds weight until the estimate's turning is five, so that line forces are redirected.
 Joined loaded(Joined joined) {
   joined.scene.coupling = {.scheme = Scheme::sequential, .substeps = 2};
   joined.scene.forces.clear();
@@ -432,7 +431,7 @@ TEST_CASE("spring lines: lists in any order give the scalar reference's bits on 
     std::get<Springs>(rope.scene.networks[0]).damping = damping;
     check_bits<float>(rope, Arithmetic::separate);
     check_bits<double>(rope, Arithmetic::separate);
-    // A ring, and what hangs on it.
+    // A ring, and a rope hanging from it.
     std::get<Springs>(rope.scene.networks[0]).pairs.push_back({20, 0});
     check_bits<double>(rope, Arithmetic::separate);
   }

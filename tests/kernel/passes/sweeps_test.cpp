@@ -1,4 +1,4 @@
-// Sweeps over lists of springs: pieces, what leads between them, any order of particles, any masses.
+// Sweeps over lists of springs: pieces, springs between them, any order of particles, any masses.
 #include <doctest/doctest.h>
 
 #include <algorithm>
@@ -31,7 +31,7 @@ constexpr Coupling alpha{.scheme = Scheme::sequential, .substeps = 3};
 constexpr Coupling middle{.scheme = Scheme::sequential, .substeps = 2, .theta = 0.5};
 constexpr Coupling dynamics{.scheme = Scheme::sequential, .substeps = 2, .theta = 1, .sweeps = SweepOrder::forward};
 
-// More than one piece of at most 4096 particles, and some springs from each to the next. It is no sheet.
+// More than one piece of at most 4096 particles, with some springs between consecutive pieces. It is not a sheet.
 Joined large(double damping) {
   Joined list = test::with_spring_across(test::as_list(test::sheet(59, 70, 50, damping)));
   std::vector<double> masses;
@@ -101,7 +101,7 @@ TEST_CASE("sweeps: ends that coincide and springs without rest length give the s
   }
 }
 
-// Sheets of many kinds: bent, without shear, damped, torn, with masses each.
+// Sheets of many kinds: bent, without shear, damped, torn, with individual masses.
 std::vector<Joined> sheets() {
   std::vector<Joined> all;
   for (const auto& [rows, columns] : {std::pair{3U, 16U}, {15U, 37U}, {34U, 33U}}) {
@@ -122,10 +122,10 @@ std::vector<Joined> sheets() {
   return all;
 }
 
-// But for rho of generalized alpha, which each takes by a bound of its own.
+// Generalized alpha is excluded: grid and list choose its rho by different bounds.
 TEST_CASE("sweeps: a list of a sheet's springs has the sheet's bits, whatever theta and the arithmetic") {
   for (const Joined& grid : sheets()) {
-    std::size_t turn = 0;  // in float32 and float64 by turns, so that each meets every theta and arithmetic
+    std::size_t turn = 0;  // float32 and float64 take turns, so that each meets every theta and arithmetic
     for (const Coupling& coupling : {middle, dynamics}) {
       Joined swept = grid;
       swept.scene.coupling = coupling;
@@ -143,7 +143,7 @@ TEST_CASE("sweeps: a list of a sheet's springs has the sheet's bits, whatever th
   }
 }
 
-// Without a kind of spring, or with one alone of the diagonals.
+// The sheet without one kind of spring, or with only one of the diagonals.
 Joined without(const Joined& sheet, const std::string& name,
                bool (*is_left_out)(std::size_t a, std::size_t b, std::size_t columns)) {
   Joined some = test::as_list(sheet);
@@ -173,7 +173,7 @@ Joined bent_sheet(std::size_t rows, std::size_t columns) {
   return bent;
 }
 
-// A sheet of triangles that are all cut one way, with springs across their sides, damped or not, and some of them torn.
+// A sheet of triangles all cut the same way, with springs across their sides, damped or not, and some of them torn.
 Joined triangles(std::size_t rows, std::size_t columns, double damping) {
   Joined joined = test::sheet(rows, columns, 50);
   Springs springs{.pairs = {}, .stiffness = 50.0, .rest_length = Scalars(0.03), .damping = damping};
@@ -194,7 +194,7 @@ Joined triangles(std::size_t rows, std::size_t columns, double damping) {
   return joined;
 }
 
-// Along the longer side. Where one diagonal is lacking other corners have fewer neighbours.
+// Numbered along the longer side. If one diagonal is missing, other corners have fewer neighbours.
 TEST_CASE("sweeps: a sheet whose particles are numbered in any order has the bits of one that is numbered row by row") {
   std::vector<Joined> lists;
   for (const Joined& sheet : sheets()) {
@@ -209,7 +209,7 @@ TEST_CASE("sweeps: a sheet whose particles are numbered in any order has the bit
   lists.push_back(without(bent_sheet(21, 34), "diagonals", leads_across));
   for (const Joined& list : lists) {
     const std::vector<std::uint32_t> place = shuffled_behind_first(list.x.size());
-    std::size_t turn = place.size();  // in float32 and float64 by turns
+    std::size_t turn = place.size();  // float32 and float64 take turns
     for (const Coupling& coupling : {alpha, middle, dynamics}) {
       Joined swept = list;
       swept.scene.coupling = coupling;
@@ -228,7 +228,7 @@ TEST_CASE("sweeps: a sheet whose particles are numbered in any order has the bit
   }
 }
 
-// Diagonals that change sides from cell to cell, stiffnesses and lengths of each spring's own.
+// Diagonals that alternate between cells, and individual stiffnesses and lengths.
 Joined union_jack(std::size_t rows, std::size_t columns, double damping) {
   Joined joined = test::sheet(rows, columns, 50);
   Springs springs{.pairs = {}, .stiffness = 0.0, .damping = damping};
@@ -262,7 +262,7 @@ bool is_swept_as_sheet(Joined joined) {
   joined.scene.coupling = middle;
   return form_of(joined).find("as a list that is a sheet in sweeps") != std::string::npos;
 }
-// The same as the plan finds it, without the frequencies that explain() tells of, too.
+// The same by the plan's own search, without the frequencies that explain() also computes.
 bool is_sheet(const Joined& joined) {
   return list_sheet(joined.scene, joined_pairs(joined.scene, joined.x), joined.x.size()).has_value();
 }
@@ -308,13 +308,13 @@ TEST_CASE("sweeps: which lists are walked as sheets") {
   std::get<Grid>(bent.scene.networks[0]).bend = 5;
   CHECK(is_swept_as_sheet(test::as_list(bent)));
 
-  CHECK(is_swept_as_sheet(test::as_list(test::sheet(20, 15, 50))));        // by its columns
-  CHECK_FALSE(is_swept_as_sheet(test::as_list(test::sheet(15, 15, 50))));  // short lines
+  CHECK(is_swept_as_sheet(test::as_list(test::sheet(20, 15, 50))));        // along its columns
+  CHECK_FALSE(is_swept_as_sheet(test::as_list(test::sheet(15, 15, 50))));  // lines too short
   Joined narrow = test::sheet(5, 31, 50);
   std::get<Grid>(narrow.scene.networks[0]).bend = 5;
   CHECK_FALSE(is_swept_as_sheet(test::as_list(narrow)));
   CHECK_FALSE(is_sheet(test::as_list(test::sheet(8, 2100, 50))));  // two bands of 4 rows, and columns of 8
-  CHECK(is_sheet(test::as_list(test::sheet(17, 1000, 50))));       // four bands: by its columns
+  CHECK(is_sheet(test::as_list(test::sheet(17, 1000, 50))));       // four bands: along its columns
   CHECK(is_sheet(test::as_list(test::sheet(32, 525, 50))));
   Joined in_air = test::sheet(9, 20, 50);
   std::get<Grid>(in_air.scene.networks[0]).aerodynamics = Aerodynamics{};
@@ -334,10 +334,10 @@ TEST_CASE("sweeps: which lists are walked as sheets") {
   CHECK_FALSE(is_swept_as_sheet(in_order(lacks_one, shuffled(lacks_one.x.size()))));
   CHECK(is_swept_as_sheet(in_order(test::as_list(test::sheet(20, 15, 50)), shuffled(300))));  // it has columns of 20
   Joined twice = list;
-  twice.scene.add(Network(Springs{.pairs = {{21, 20}}, .stiffness = 1.0}));  // joined a second time
+  twice.scene.add(Network(Springs{.pairs = {{21, 20}}, .stiffness = 1.0}));  // joined twice
   CHECK_FALSE(is_swept_as_sheet(twice));
   Joined ring = list;
-  ring.scene.add(Network(Springs{.pairs = {{19, 20}}, .stiffness = 1.0}));  // the end of a row to the next row's beginning
+  ring.scene.add(Network(Springs{.pairs = {{19, 20}}, .stiffness = 1.0}));  // from a row's end to the next row's beginning
   CHECK_FALSE(is_swept_as_sheet(ring));
   Joined sparse = list;
   auto& springs = std::get<Springs>(sparse.scene.networks[0]);
@@ -349,7 +349,7 @@ TEST_CASE("sweeps: which lists are walked as sheets") {
 
 TEST_CASE("sweeps: the order of the caller's particles is no matter of the motion, but for what sweeps leave") {
   Joined list = test::as_list(test::sheet(59, 70, 50));
-  for (std::size_t i = 0; i < list.x.size(); ++i) {  // smooth: sub-steps resolve what moves
+  for (std::size_t i = 0; i < list.x.size(); ++i) {  // smooth, so that sub-steps resolve the motion
     const auto column = static_cast<double>(i % 70);
     list.x[i] = {column / 69, 0.01 * std::sin(0.1 * column), static_cast<double>(i / 70) / 58};
     list.v[i] = {0, 0, 0};

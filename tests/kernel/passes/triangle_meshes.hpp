@@ -1,4 +1,4 @@
-// Bodies of triangles, as tests set them up.
+// Test setups of bodies made of triangles.
 #pragma once
 
 #include <algorithm>
@@ -33,7 +33,7 @@ inline TriangleMesh box_of_triangles(const Vec3& center, const Vec3& half) {
   return mesh;
 }
 
-// 20 * 4^levels triangles, whose corners are on the sphere.
+// 20 * 4^levels triangles with their corners on the sphere.
 inline TriangleMesh ball_of_triangles(const Vec3& center, double radius, int levels) {
   constexpr double t = std::numbers::phi;
   TriangleMesh mesh;
@@ -68,7 +68,7 @@ inline TriangleMesh ball_of_triangles(const Vec3& center, double radius, int lev
   return mesh;
 }
 
-// A box of which a quarter is missing along z: an edge that looks inwards.
+// A box without one quarter along z, which leaves a concave edge.
 inline TriangleMesh angle_of_triangles() {
   TriangleMesh mesh;
   const std::vector<std::array<double, 2>> outline = {{0, 0}, {2, 0}, {2, 1}, {1, 1}, {1, 2}, {0, 2}};

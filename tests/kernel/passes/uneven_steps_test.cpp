@@ -1,5 +1,5 @@
-// Steps that vary from frame to frame: bounded by what energy allows, the same rest whatever the step, and one plan whichever
-// way it was made.
+// Steps that vary from frame to frame: bounded by energy, the same equilibrium for every step, and equal plans however they
+// were made.
 #include <doctest/doctest.h>
 
 #include <algorithm>
@@ -28,14 +28,14 @@ using test::Layout;
 
 constexpr double hz60 = 1.0 / 60;
 
-// s, of frame n
+// s, the length of frame n
 using Frames = std::function<double(std::size_t)>;
 
 Frames in_turn(double first, double second) {
   return [=](std::size_t n) { return n % 2 == 0 ? first : second; };
 }
 
-// The fractional parts of the golden ratio's multiples fill the range evenly.
+// The fractional parts of the golden ratio's multiples cover the range evenly.
 Frames scattered(double least, double most) {
   return [=](std::size_t n) {
     const double part = std::fmod(static_cast<double>(n) * (std::numbers::phi - 1), 1.0);
@@ -43,7 +43,7 @@ Frames scattered(double least, double most) {
   };
 }
 
-// Springs of 1 m between particles of 1 kg in a line, each of which is 2 mm at most from its rest.
+// Springs of 1 m between particles of 1 kg in a line, each displaced by at most 2 mm from rest.
 Joined chain(std::size_t count, double stiffness) {
   Joined joined;
   joined.name = std::to_string(count) + " particles, " + std::to_string(stiffness) + " N/m";
@@ -64,7 +64,7 @@ Joined chain(std::size_t count, double stiffness) {
   return joined;
 }
 
-// A square sheet of 1 m and 0.2 kg, held by two corners, that hangs.
+// A hanging square sheet of 1 m and 0.2 kg, held by two corners.
 Joined curtain(std::size_t rows, double stiffness) {
   Joined joined;
   joined.name = std::to_string(rows) + " rows, " + std::to_string(stiffness) + " N/m";
@@ -103,7 +103,7 @@ double fastest(const State<T>& state) {
   return std::sqrt(most);
 }
 
-// m/s: the fastest particle in any frame
+// m/s: the largest speed of any particle in any frame
 template <class T>
 double fastest_ever(const Joined& joined, const Frames& h, std::size_t frames, double compiled_for = hz60) {
   Batch<T> batch(Layout::soa, joined.x.size());
@@ -128,7 +128,7 @@ TEST_CASE("uneven steps: a chain that swings by 2 mm never moves faster than its
         for (const bool is_random : {false, true}) {
           const Joined joined = stepped_by(chain(count, stiffness), Scheme::sequential, 1);
           const Frames h = is_random ? scattered(0.003, 0.05) : in_turn(hz60, ratio * hz60);
-          // Every spring holds at most k (4 mm)^2 / 2.
+          // Each spring stores at most k (4 mm)^2 / 2.
           const double allowed = 0.004 * std::sqrt(stiffness * static_cast<double>(count - 1));
           CAPTURE(joined.name);
           CAPTURE(ratio);
@@ -179,7 +179,8 @@ TEST_CASE("uneven steps: the rest does not depend on the step that is taken") {
     CHECK(test::is_close(after(1), y, 1e-6));
     return y;
   };
-  // Drag and springs take turns, which moves the rest by the square of the step; a T of its own would move it by a tenth.
+  // Drag and springs act in turn, which moves the rest by the step's square. A separate T for each step would move it by a
+  // tenth.
   const double y = lowest(hz60);
   for (const double h : {hz60 / 2, hz60 / 3}) CHECK(test::is_close(lowest(h), y, 2e-3));
 }

@@ -9,7 +9,7 @@
 
 namespace dvdx::test::tiles_test {
 
-// How many stages each chunk has been through, and whether each found its neighbours where it may read them.
+// The number of stages each chunk has completed, and whether each found its neighbours in a readable stage.
 struct Progress {
   explicit Progress(std::size_t chunks) : stage(chunks, 0) {}
 

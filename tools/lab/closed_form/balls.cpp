@@ -39,7 +39,7 @@ std::vector<Ball> balls_of(const SceneFile& file) {
 
 // ---- two balls --------------------------------------------------------------------------------------------------------------
 
-// When the two touch, as they come nearer; none: never.
+// Returns the time when the two balls touch while they approach; none if they never do.
 std::optional<Real> impact(const Vector& way, const Vector& speed, Real distance) {
   const Real a = dot(speed, speed);
   const Real b = dot(way, speed);
@@ -80,7 +80,7 @@ bool start_apart(const std::vector<Ball>& pair) {
 
 constexpr Real rounding = 1e-12L;
 
-// The balls' order along the row from the first one, and its direction.
+// The order of the balls along the row, counted from the first ball, and the row's direction.
 struct Row {
   Vector along;
   std::vector<std::size_t> order;
@@ -116,7 +116,7 @@ Ball in_row(const std::vector<Ball>& balls, const Row& row, std::size_t own, Rea
     Real x = 0, v = 0;
   };
   std::vector<Point> points;         // in order, as if balls had no size
-  std::vector<Real> sizes{Real{0}};  // m: what the sizes of those before it add
+  std::vector<Real> sizes{Real{0}};  // m: the sum of the sizes of the balls before it
   for (std::size_t k = 0; k < balls.size(); ++k) {
     const Ball& ball = balls[row.order[k]];
     if (k > 0) sizes.push_back(sizes.back() + balls[row.order[k - 1]].radius + ball.radius);

@@ -9,11 +9,11 @@
 
 namespace dvdx::tool {
 
-// Whether particles meet in a way that has a closed form, and nothing else acts on them but constant forces:
-// - two balls that start apart: they meet once at most. The normal speed is turned round and multiplied by the restitution, and
-//   friction takes from the tangential one what Coulomb's law allows;
-// - balls of one mass in a row, which move along it and lose nothing: each impact exchanges two velocities, so that apart from
-//   their sizes they pass through one another, and stay in order.
+// Returns true if particles meet in a way that has a closed form, and only constant forces act besides:
+// - two balls that start apart. They meet at most once. The impact reverses the normal speed and multiplies it by the
+//   restitution; friction reduces the tangential speed by Coulomb's law;
+// - balls of one mass in a row that move along it and lose nothing. Each impact exchanges two velocities. Apart from their
+//   sizes, the balls therefore pass through one another, and stay in order.
 [[nodiscard]] bool is_of_balls(const SceneFile& file);
 
 [[nodiscard]] std::vector<AxisState> balls_state(const SceneFile& file, std::size_t particle, long double t);

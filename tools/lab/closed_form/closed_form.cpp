@@ -11,11 +11,11 @@ namespace dvdx::tool {
 namespace {
 
 // --- Affine scenes -----------------------------------------------------------------------------------------------------------
-// The equation of an axis is linear with constant coefficients once its forcings are states too:
+// With the forcings as states, the equation of an axis is linear with constant coefficients:
 //   y = (x, v, 1, t, t^2/2!, ..., A sin, A cos, ...),   y' = M y,   y(t) = exp(M t) y(0).
-// exp(M t) - I comes from a Taylor series over t / 2^s and s doublings, exp(2 X) - I = 2 E + E^2 with E = exp(X) - I. Keeping
-// the identity out of E keeps the small entries of stiff and of slow systems; there are no cases to tell apart: critical
-// damping, resonance, no spring and no drag are points like any other. Error: about sqrt(W) t units in the last place.
+// exp(M t) - I comes from a Taylor series over t / 2^s and s doublings, exp(2 X) - I = 2 E + E^2 with E = exp(X) - I. E does
+// not contain the identity, which keeps the small entries of stiff and of slow systems. There are no special cases: critical
+// damping, resonance, no spring and no drag need no branch. Error: about sqrt(W) t units in the last place.
 class Matrix {
  public:
   explicit Matrix(std::size_t size) : size_(size), values_(size * size) {}
@@ -34,7 +34,7 @@ class Matrix {
     for (std::size_t row = 0; row < a.size_; ++row) {
       for (std::size_t k = 0; k < a.size_; ++k) {
         const long double factor = a(row, k);
-        if (factor == 0) continue;  // most are
+        if (factor == 0) continue;  // most are zero
         for (std::size_t column = 0; column < a.size_; ++column) product(row, column) += factor * b(k, column);
       }
     }
@@ -119,7 +119,7 @@ std::vector<long double> moved(const Matrix& flow, const std::vector<long double
   return next;
 }
 
-// An axis of a particle, its positions counted from `origin` so that a distant anchor costs no digits.
+// An axis of a particle. Positions are counted from `origin`, so that a distant anchor costs no digits.
 struct AxisProblem {
   AxisEquation equation;
   AxisState start;
@@ -175,7 +175,7 @@ class AxisBuilder {
     problem_.equation.g += g;
     add_polynomial(0, g * force.wind[axis_]);
   }
-  void add(const RadialSpring& /*force*/) {}  // closed_form_of lets none through
+  void add(const RadialSpring& /*force*/) {}  // closed_form_of rejects these
 
   const SceneFile& file_;
   std::size_t particle_;
@@ -189,7 +189,7 @@ bool is_fixed(const SceneFile& file, std::size_t particle) {
   return std::find(fixed.begin(), fixed.end(), particle) != fixed.end();
 }
 
-// The flows from one sample time to the next: few different ones, and the same for particles that are alike.
+// The flows from one sample time to the next. A run has few different ones, and particles that are alike share them.
 class Flows {
  public:
   explicit Flows(double unit) : unit_(unit) {}
@@ -226,18 +226,18 @@ AxisState flight(AxisState start, long double a, long double t) {
   return {start.x + t * (start.v + t * (a / 2)), start.v + a * t};
 }
 
-// The time until s = 0 with the speed inwards, or nothing where it never comes.
+// Returns the time until s = 0 with an inward speed; none if that never happens.
 std::optional<long double> impact(AxisState start, long double a) {
   const long double discriminant = start.v * start.v - 2 * a * start.x;
   if (discriminant < 0) return std::nullopt;
   const long double root = std::sqrt(discriminant);
-  // s + v t + a t^2/2 falls through zero where the speed is -root: t = (-root - v)/a = 2 s/(root - v).
+  // s + v t + a t^2/2 crosses zero downwards where the speed is -root: t = (-root - v)/a = 2 s/(root - v).
   if (start.v < 0) return 2 * start.x / (root - start.v);
   if (a < 0) return (-root - start.v) / a;
   return std::nullopt;
 }
 
-// After an impact with speed u outwards, under acceleration -b towards the wall: flights of 2 u e^k / b one after another.
+// The motion after an impact with speed u outwards, under acceleration -b towards the wall: successive flights of 2 u e^k / b.
 AxisState bouncing(long double u, long double b, long double e, long double t) {
   const long double first = 2 * u / b;
   if (e == 1) {
@@ -258,7 +258,7 @@ struct BounceProblem {
   BounceEquation equation;
   std::array<long double, 3> normal{};
   std::array<long double, 3> acceleration{};
-  AxisState start;  // from the wall
+  AxisState start;  // relative to the wall
 };
 
 long double dot(const std::array<long double, 3>& a, const Vec3& b) {
@@ -287,7 +287,7 @@ BounceProblem bounce_problem(const SceneFile& file, std::size_t particle) {
 std::vector<AxisState> bounce_state(const SceneFile& file, std::size_t particle, long double t) {
   const auto problem = bounce_problem(file, particle);
   const auto across = solve(problem.equation, problem.start, t);
-  // The wall acts along its normal alone: elsewhere the flight is free.
+  // The wall acts along its normal only. The tangential motion is a free flight.
   const auto free_across = flight(problem.start, problem.equation.acceleration, t);
   const auto x = value_of(file.particles.position, particle);
   const auto v = value_of(file.particles.velocity, particle);
@@ -308,21 +308,21 @@ bool is_bounce(const SceneFile& file) {
   const auto* plane = std::get_if<Plane>(&scene.contacts.front());
   if (plane == nullptr || plane->friction != 0 || plane->viscosity != 0 || plane->normal_viscosity != 0) return false;
   for (std::size_t i = 0; i < file.particles.count; ++i) {
-    if (bounce_problem(file, i).start.x < 0) return false;  // what happens inside is the contact's choice
+    if (bounce_problem(file, i).start.x < 0) return false;  // the motion inside depends on the contact's law
   }
   return true;
 }
 
 // --- Two bodies on one spring ------------------------------------------------------------------------------------------------
-// Their centre of mass flies, and their distance r swings: r'' = -k (1/m0 + 1/m1) (r - rest length).
+// The centre of mass flies freely. The distance r oscillates: r'' = -k (1/m0 + 1/m1) (r - rest length).
 std::array<Vec3, 2> each_start(const Vectors& vectors) { return {value_of(vectors, 0), value_of(vectors, 1)}; }
 
 struct PairProblem {
   AxisEquation equation;
-  AxisState start;  // of r - rest length
+  AxisState start;  // r - rest length
   long double rest_length = 0;
-  std::array<long double, 3> line{};    // of length 1, from particle 0 to particle 1
-  std::array<long double, 2> shares{};  // of r, from the centre of mass
+  std::array<long double, 3> line{};    // unit vector from particle 0 to particle 1
+  std::array<long double, 2> shares{};  // the share of r that each body's distance from the centre of mass takes
   std::array<AxisState, 3> centre{};
   std::array<long double, 3> acceleration{};
 };
@@ -375,7 +375,7 @@ std::vector<AxisState> pair_state(const SceneFile& file, std::size_t particle, l
   return state;
 }
 
-// Along one line, and never so far in that the two meet.
+// Returns true if the two move along one line and never come so close that they meet.
 bool keeps_its_line(const SceneFile& file) {
   const auto x = each_start(file.particles.position);
   const auto v = each_start(file.particles.velocity);
@@ -425,7 +425,7 @@ AxisState solve(const BounceEquation& equation, AxisState start, long double t) 
   if (!first || *first >= t) return flight(start, a, t);
   const long double u = -equation.restitution * flight(start, a, *first).v;
   if (a < 0) return bouncing(u, -a, equation.restitution, t - *first);
-  return flight({0, u}, a, t - *first);  // nothing brings it back
+  return flight({0, u}, a, t - *first);  // no force returns it to the wall
 }
 
 ClosedForm closed_form_of(const SceneFile& file) {

@@ -1,5 +1,5 @@
-// The exact motion of scenes that have one, in long double and by a way of its own: nothing here shares a formula with the
-// kernel's coefficients, which it is there to judge.
+// The exact motion of scenes that have one, in long double. It shares no formula with the kernel's coefficients, because it
+// judges them.
 #pragma once
 
 #include <cstddef>
@@ -32,11 +32,11 @@ struct AxisEquation {
   bool operator==(const AxisEquation&) const = default;
 };
 
-// Where the axis is at time t.
+// Returns the state of the axis at time t.
 [[nodiscard]] AxisState solve(const AxisEquation& equation, AxisState start, long double t);
 
-// A point above a wall under constant acceleration: s >= 0 is the distance. Each impact keeps `restitution` of the speed;
-// below 1 infinitely many impacts end in rest at a finite time.
+// A point above a wall under constant acceleration; s >= 0 is the distance. Each impact keeps `restitution` of the speed. Below
+// 1, infinitely many impacts end at rest within a finite time.
 struct BounceEquation {
   long double acceleration = 0;  // m/s^2, away from the wall
   long double restitution = 0;
@@ -48,13 +48,13 @@ enum class ClosedForm {
   none,
   affine,  // springs, drags, constants, polynomials and sinusoids
   bounce,  // constant acceleration above one plane without friction and viscosity
-  balls,   // two that meet, or a row of them: closed_form/balls.hpp
+  balls,   // two balls that meet, or a row of them: closed_form/balls.hpp
   pair,    // two free bodies on one undamped spring that keeps its line, under constant accelerations
 };
 
 [[nodiscard]] ClosedForm closed_form_of(const SceneFile& file);
 
-// Where all particles of a run are at its sample times, the start first.
+// States of all particles of a run at its sample times, the start first.
 struct Path {
   std::size_t particles = 0;
   std::size_t times = 0;
@@ -72,7 +72,7 @@ struct Path {
 // The path at the times unit * counts[0], unit * counts[1], ... (rising, the first 0). The scene must have a closed form.
 [[nodiscard]] Path exact_path(const SceneFile& file, double unit, std::span<const std::uint64_t> counts);
 
-// One particle at one time, straight from the start: rounded on another way than exact_path, which goes from time to time.
+// One particle at one time, directly from the start. Rounds differently from exact_path, which goes from sample to sample.
 [[nodiscard]] std::vector<AxisState> exact_state(const SceneFile& file, std::size_t particle, long double t);
 
 }  // namespace dvdx::tool

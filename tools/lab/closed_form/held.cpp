@@ -9,7 +9,7 @@ namespace {
 
 constexpr Real rounding = 0x1p-56L;
 
-// Pressures N of up to three surfaces with sum_i N_i (n_i . n_j) = -n_j . a: by Gauss, nothing where two normals agree.
+// Pressures N of up to three surfaces with sum_i N_i (n_i . n_j) = -n_j . a, by Gauss; none if two normals agree.
 std::optional<std::vector<Real>> balance(const std::vector<Vector>& normals, std::vector<Real> wanted) {
   const std::size_t size = normals.size();
   std::array<std::array<Real, 3>, 3> m{};
@@ -37,7 +37,7 @@ class Holding {
           const Vector& v)
       : surfaces_(surfaces), touching_(touching), field_(field), x_(x), v_(v), a_(field.at(v)) {}
 
-  // The surfaces that press, fewest first: their pressures are positive, and the others are not accelerated into.
+  // Finds the smallest set of surfaces that press: all pressures positive, no acceleration into the others.
   Held held() {
     const std::size_t most = std::min<std::size_t>(3, touching_.size());
     for (std::size_t size = 0; size <= most; ++size) {
@@ -95,7 +95,7 @@ class Holding {
   Vector a_;
 };
 
-// Directions along the held surfaces in each of which the drag acts by itself.
+// Directions along the held surfaces along which the drag decouples.
 std::vector<Vector> directions(const std::vector<Vector>& normals, const Field& field) {
   if (normals.empty()) return {Vector{{1, 0, 0}}, Vector{{0, 1, 0}}, Vector{{0, 0, 1}}};
   if (normals.size() == 2) return {unit(cross(normals[0], normals[1]))};
@@ -154,7 +154,7 @@ class Course {
     }
   }
 
-  // Else the friction would change with the velocity.
+  // Throws unless the pressure is constant. Otherwise the friction would change with the velocity.
   void require_constant_pressure() const {
     if (field_.is_isotropic()) return;
     for (const auto& n : normals_) {
@@ -184,7 +184,7 @@ class Course {
     held_.normal = normals_.front();
   }
 
-  // Where the speed of a straight slide vanishes: v + a (1 - e^(-g t))/g = 0.
+  // Sets the time when the speed of a straight slide vanishes: v + a (1 - e^(-g t))/g = 0.
   void set_stop(const Vector& along) {
     const Real v = dot(along, v_);
     const Real a = dot(along, field_.at(v_)) - held_.friction;

@@ -1,4 +1,4 @@
-// The surfaces that hold a particle which touches them, and how it moves on along them.
+// The surfaces that hold a particle in contact, and its further motion along them.
 #pragma once
 
 #include <algorithm>
@@ -10,7 +10,7 @@
 
 namespace dvdx::tool::impacts {
 
-// The acceleration b - g v of all forces, axis by axis.
+// The acceleration b - g v of all forces, for each axis.
 struct Field {
   Vector b;  // m/s^2
   Vector g;  // 1/s
@@ -19,14 +19,14 @@ struct Field {
 };
 
 struct Held {
-  std::vector<std::size_t> surfaces;  // that press against the particle
+  std::vector<std::size_t> surfaces;  // those that press against the particle
   std::vector<Real> pressures;        // m/s^2, > 0
-  Vector normals;                     // m/s^2, of all pressures
-  Vector unheld;                      // m/s^2, of the forces alone
-  Real friction = 0;                  // m/s^2, the most there can be
-  bool is_stuck = false;              // it rests, and does so for good
+  Vector normals;                     // m/s^2, the sum of all pressures along their normals
+  Vector unheld;                      // m/s^2, the acceleration by the forces alone
+  Real friction = 0;                  // m/s^2, the limit of friction
+  bool is_stuck = false;              // it is at rest and stays so
 
-  // Else the motion: exponentials up to `stop` (s), or bent by friction on the plane with this normal.
+  // Otherwise the motion: exponentials up to `stop` (s), or a slide bent by friction on the plane with this normal.
   LinearMotion motion;
   Real stop = std::numeric_limits<Real>::infinity();
   bool is_bent = false;
@@ -34,11 +34,12 @@ struct Held {
   Vector force;  // m/s^2, along the surfaces, at velocity zero
 
   [[nodiscard]] bool holds(std::size_t j) const { return std::find(surfaces.begin(), surfaces.end(), j) != surfaces.end(); }
-  // The acceleration of the particle at velocity v, which must be along the surfaces.
+  // Returns the acceleration of the particle at velocity v, which must be tangential to the surfaces.
   [[nodiscard]] Vector acceleration(const Vector& v) const;
 };
 
-// `touching` are the surfaces at zero distance and without a normal velocity; v has no component into them. Throws NotCovered.
+// `touching` lists the surfaces at zero distance and without a normal velocity; v has no component into them. Throws
+// NotCovered.
 [[nodiscard]] Held hold(const std::vector<Surface>& surfaces, const std::vector<std::size_t>& touching, const Field& field,
                         const Vector& x, const Vector& v);
 

@@ -24,7 +24,7 @@ struct Point {
   Vector v;  // m/s
 };
 
-// One particle from its start on, from event to event.
+// The path of one particle, from event to event.
 class Journey {
  public:
   Journey(std::vector<Surface> surfaces, const Field& field, const Point& start, std::span<const Real> times, Real caution)
@@ -39,7 +39,7 @@ class Journey {
         touches_(surfaces_.size()) {
     for (std::size_t j = 0; j < surfaces_.size(); ++j) {
       gaps_[j] = surfaces_[j].gap(x_);
-      // The start's own digits are those of a double.
+      // The start has the precision of a double only.
       if (gaps_[j] < -1e-15L * (1 + length(x_))) throw NotCovered("starts inside a surface");
       gaps_[j] = std::max(gaps_[j], 0.0L);
     }
@@ -65,7 +65,7 @@ class Journey {
     for (std::size_t j = 0; j < surfaces_.size(); ++j) {
       constexpr Real nothing = 0x1p-60L;
       if (gaps_[j] <= nothing * (1 + length(x_))) {
-        // The one hit last may be left as little as it likes.
+        // The surface hit last may be left by any distance, however small.
         touches_[j] = gaps_[j] <= 0 || j != last_;
         if (touches_[j]) gaps_[j] = 0;
       } else {
@@ -76,7 +76,7 @@ class Journey {
 
   [[nodiscard]] Real normal_speed(std::size_t j) const { return dot(surfaces_[j].normal_at(x_), v_); }
 
-  // Velocities along touching surfaces that only rounding tells from tangential ones.
+  // The speed below which only rounding separates a velocity from a tangential one.
   [[nodiscard]] Real rounded_speed() const { return 0x1p-58L * (length(v_) + 0x1p-30L * duration_ * length(field_.at(v_))); }
 
   void resolve_impacts() {
@@ -115,7 +115,7 @@ class Journey {
     if (surface.e == 0) v_ -= dot(n, v_) * n;
   }
 
-  // Closes the train of impacts that follows this one where it is over at once.
+  // Closes the train of impacts that follows this one if the train ends almost at once.
   void settle(std::size_t j, const Vector& n, Real up) {
     auto others = still_touching();
     std::erase(others, j);
@@ -128,7 +128,8 @@ class Journey {
     if (surfaces_[j].tau < 1) {
       v_ = {};
     } else if (speed > 0 && std::isfinite(surfaces_[j].mu)) {
-      // The slide that stands for the train takes off mu N from now on, but the speed upwards has been taken off N already.
+      // The slide that replaces the train subtracts friction mu N for the train's whole duration. The train's normal pulses sum
+      // to less by the outward speed, so this returns mu times that speed.
       v_ *= 1 + surfaces_[j].mu * up / speed;
     }
   }
@@ -149,7 +150,7 @@ class Journey {
     if (stops && hit_ == surfaces_.size()) v_ = {};
   }
 
-  // Along a motion to its end or its first impact.
+  // Follows a motion to its end or to its first impact.
   template <class Motion>
   void move(const Motion& motion, const Held& held, Real end, Real left) {
     Real until = end;

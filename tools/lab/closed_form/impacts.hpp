@@ -1,20 +1,21 @@
 // The exact motion of particles between planes and spheres under constant accelerations and linear drag, in long double, from
-// impact to impact. Nothing here shares a formula or a step with the kernel, so that a wrong contact law of the kernel shows
-// as an error.
+// impact to impact. It shares no formula and no step with the kernel, so that a wrong contact law of the kernel shows as an
+// error.
 //
 // Flight.   Each axis is a sum of a constant, a line or parabola, and an exponential.
-// Impact.   The first zero of the gaps' functions, walked to by lower bounds of them: no dip between two samples can be missed.
+// Impact.   The first zero of the gaps' functions, reached by steps of lower bounds: no dip between two samples can be missed.
 //           v_n' = -e v_n, v_t' = tau v_t less Coulomb's min(mu (1 + e) |v_n|, |tau v_t|), with e = restitution
 //           exp(-normal_viscosity) and tau = exp(-viscosity).
-// Settling. Infinitely many impacts with e < 1 end at a finite time. The rest of them is closed where it takes less than
-//           1e-15 of the run; with a viscosity they leave no tangential velocity, as each multiplies it by tau.
-// Resting.  On planes, one, two or three: the normal forces hold it, friction mu N acts against the sliding velocity or holds
-//           what it can hold. Straight and frictionless slides are exponentials again; a slide on one plane that friction and
-//           another force bend is a Taylor series of order 30 in long double. Viscosity does not act on a resting particle.
+// Settling. Infinitely many impacts with e < 1 end at a finite time. The remaining ones are closed once they take less than
+//           1e-15 of the run. With a viscosity they leave no tangential velocity, as each multiplies it by tau.
+// Resting.  On one, two or three planes the normal forces hold the particle. Friction mu N opposes the sliding velocity, or
+//           holds any force up to that size. Straight and frictionless slides are exponentials again. A slide on one plane that
+//           friction and another force bend is a Taylor series of order 30 in long double. Viscosity does not act on a resting
+//           particle.
 //
-// Not covered, and said so: other forces than constants and drag, a particle that starts inside a surface, slides on spheres
-// (resting on one is covered), slides along a sphere and a plane together, drag that differs between axes and changes the
-// normal force, and more than 200 000 impacts of one particle.
+// Not covered, and reported as such: forces other than constants and drag; a particle that starts inside a surface; slides on
+// spheres (resting on one is covered); slides along a sphere and a plane together; drag that differs between axes and changes
+// the normal force; more than 200 000 impacts of one particle.
 #pragma once
 
 #include <cstdint>
@@ -29,15 +30,15 @@ namespace dvdx::tool {
 
 struct ImpactPath {
   Path path;
-  std::uint64_t most_impacts = 0;  // of one particle
+  std::uint64_t most_impacts = 0;  // the maximum over particles
 };
 
 struct NoImpactPath {
   std::string why;
 };
 
-// Two ways to compute the same path, which round differently everywhere: positions counted from the world's origin or from a
-// place of no meaning, and series cut at other steps. Their difference tells what rounding, amplified by the impacts, leaves.
+// Two ways to compute the same path that round differently everywhere: positions counted from the world's origin or from an
+// arbitrary place, and series cut at other steps. Their difference measures the rounding error that impacts amplify.
 enum class PathOrigin { world, displaced };
 
 // Paths of all particles at the times unit * counts[0], unit * counts[1], ... (rising, the first 0).

@@ -17,7 +17,7 @@ Real series_of(int n, Real q) {
   return sum;
 }
 
-constexpr Real small = 0.5L;  // where the closed formula of n = 2 would lose digits
+constexpr Real small = 0.5L;  // below, the closed formula of n = 2 loses digits
 
 Real mean_decay(Real q) { return std::abs(q) < small ? series_of(1, q) : -std::expm1(-q) / q; }
 Real mean_of_mean(Real q) { return std::abs(q) < small ? series_of(2, q) : (1 - mean_decay(q)) / q; }
@@ -29,7 +29,7 @@ T value_at(const std::array<T, size>& coefficients, Real s) {
   return sum;
 }
 
-// sum of |coefficient| k s^(k-1), or k (k-1) s^(k-2): no derivative in 0..s is longer.
+// sum of |coefficient| k s^(k-1), or k (k-1) s^(k-2): an upper bound of the derivative's length in 0..s.
 template <std::size_t size>
 Real bound(const std::array<Vector, size>& coefficients, int derivative, Real s) {
   Real sum = 0;
@@ -125,7 +125,7 @@ SlideStep::SlideStep(const Equation& equation, const Vector& v, Real caution) {
     const Real last = length(v_[k]);
     if (last > 0) radius = std::min(radius, std::pow(r_[0] / last, 1 / static_cast<Real>(k)));
   }
-  // Where the series ends of itself, the speed may still not be more than doubled at once.
+  // A series that terminates has an infinite radius. The speed must still not more than double in one step.
   const Real pace = equation.M + length(equation.beta) + length(equation.g) * r_[0];
   end_ = std::min(radius / caution, 1 / pace);
 }
@@ -154,7 +154,7 @@ Real SlideStep::fall(const Vector& n, Real /*s*/, Real until) const {
   Real sum = 0;
   Real power = 1;
   for (std::size_t k = 2; k <= order; ++k) {
-    // The first coefficient is the second derivative itself, sign and all.
+    // The leading term is the second derivative itself, so it keeps its sign.
     const Real inwards = -dot(n, x_[k]) * static_cast<Real>(k * (k - 1)) * power;
     sum += k == 2 ? inwards : std::abs(inwards);
     power *= until;

@@ -1,5 +1,5 @@
-// A particle's motion between two impacts: a flight or a frictionless or straight slide (sums of exponentials), or a slide
-// with friction round a curve (a Taylor series). Both are asked the same questions by the search for the next impact.
+// The motion of a particle between two impacts: a flight or a frictionless or straight slide (sums of exponentials), or a slide
+// along a curve with friction (a Taylor series). Both give the search for the next impact the same interface.
 #pragma once
 
 #include <array>
@@ -9,7 +9,7 @@
 
 namespace dvdx::tool::impacts {
 
-// Along each of up to three directions v' = a and a' = -g a: constant forces and linear drag.
+// v' = a and a' = -g a along each of up to three directions: constant forces and linear drag.
 class LinearMotion {
  public:
   struct Component {
@@ -23,14 +23,14 @@ class LinearMotion {
 
   [[nodiscard]] Vector displacement(Real t) const;
   [[nodiscard]] Vector velocity(Real t) const;
-  [[nodiscard]] Vector rate(Real t) const { return velocity(t); }  // of the displacement by the parameter, which is the time
+  [[nodiscard]] Vector rate(Real t) const { return velocity(t); }  // d(displacement)/d(parameter); the parameter is the time
   [[nodiscard]] Real time(Real t) const { return t; }
   [[nodiscard]] Real parameter_at(Real t) const { return t; }
 
-  // The greatest -n.a from t on: each component dies away.
+  // The greatest -n.a from t on. Each component decays.
   [[nodiscard]] Real fall(const Vector& n, Real t, Real until) const;
   [[nodiscard]] Real greatest_rate(Real t, Real until) const;
-  [[nodiscard]] Real greatest_second(Real t, Real until) const;  // of the second derivative's length
+  [[nodiscard]] Real greatest_second(Real t, Real until) const;  // the length of the second derivative
 
  private:
   [[nodiscard]] bool has_one_drag() const;
@@ -39,17 +39,17 @@ class LinearMotion {
   std::size_t count_ = 0;
 };
 
-// A slide on a plane with friction that is not along one line:
+// A slide on a plane with friction along a curve:
 //   v' = beta - Gamma v - M v/|v|     (M the friction of the constant normal force)
-// In the parameter s with dt = |v| ds everything is polynomial but |v| itself, and the particle comes to rest at s = infinity:
+// The parameter s with dt = |v| ds makes everything but |v| itself polynomial, and the particle comes to rest at s = infinity:
 //   dv/ds = |v| (beta - Gamma v) - M v,   dx/ds = |v| v,   dt/ds = |v|
-// One step of the Taylor series of that in s.
+// This class is one step of the Taylor series in s.
 class SlideStep {
  public:
   struct Equation {
-    Vector n;     // of the plane
+    Vector n;     // normal of the plane
     Vector beta;  // m/s^2, along the plane
-    Vector g;     // 1/s, axis by axis
+    Vector g;     // 1/s, for each axis
     Real M = 0;   // m/s^2
   };
   // `caution` > 1: the step is the series' radius of convergence divided by it.

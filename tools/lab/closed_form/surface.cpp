@@ -31,7 +31,7 @@ Surface surface_of(const Contact& contact, const Vector& origin) {
         set_shape(surface, c, origin);
         surface.e = static_cast<Real>(c.restitution) * std::exp(-static_cast<Real>(c.normal_viscosity));
         surface.tau = std::exp(-static_cast<Real>(c.viscosity));
-        // A surface that leaves no tangential velocity holds a resting particle, too. (A double's exp(-746) is zero.)
+        // A surface that removes all tangential velocity also holds a resting particle. (A double's exp(-746) is zero.)
         const bool holds = c.viscosity > 745;
         surface.mu = holds ? std::numeric_limits<Real>::infinity() : static_cast<Real>(c.friction);
       },

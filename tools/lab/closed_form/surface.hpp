@@ -1,4 +1,4 @@
-// Surfaces and the law of an impact, as docs/math.md states it, and the search for the next impact.
+// Surfaces, the impact law of docs/math.md, and the search for the next impact.
 #pragma once
 
 #include <cmath>
@@ -12,7 +12,7 @@
 
 namespace dvdx::tool::impacts {
 
-// A motion that the event-driven path does not follow, and why.
+// Thrown for a motion that the event-driven path does not cover, with the reason.
 class NotCovered : public std::runtime_error {
   using std::runtime_error::runtime_error;
 };
@@ -20,23 +20,23 @@ class NotCovered : public std::runtime_error {
 struct Surface {
   bool is_plane = true;
   Vector n;         // plane: unit normal
-  Real d = 0;       // plane: where n.x >= d
+  Real d = 0;       // plane: particles are where n.x >= d
   Vector center;    // sphere
   Real radius = 1;  // sphere
-  Real side = 1;    // sphere: 1 where particles are outside, -1 inside
-  Real e = 0;       // of the normal speed, what an impact leaves
-  Real tau = 1;     // of the tangential velocity, likewise, before friction
-  Real mu = 0;      // Coulomb's coefficient; infinite: what touches sticks
+  Real side = 1;    // sphere: 1 if particles are outside, -1 inside
+  Real e = 0;       // the part of the normal speed that an impact leaves
+  Real tau = 1;     // the part of the tangential velocity that it leaves, before friction
+  Real mu = 0;      // Coulomb's coefficient; infinite: a particle that touches sticks
 
   [[nodiscard]] Vector normal_at(const Vector& x) const { return is_plane ? n : (side / radius) * (x - center); }
 
-  // Zero on the surface, positive where particles may be: the distance from a plane, side (|r|^2 - R^2)/(2R) of a sphere.
+  // Zero on the surface, positive on the particles' side: the distance from a plane, side (|r|^2 - R^2)/(2R) of a sphere.
   [[nodiscard]] Real gap(const Vector& x) const {
     if (is_plane) return dot(n, x) - d;
     const Vector r = x - center;
     return side * (length(r) - radius) * (length(r) + radius) / (2 * radius);
   }
-  // How the gap changes over a displacement, without the digits that both ends have in common.
+  // Returns the change of the gap over a displacement, without cancellation of the digits that both ends share.
   [[nodiscard]] Real gain(const Vector& x, const Vector& way) const {
     if (is_plane) return dot(n, way);
     return side * (dot(x - center, way) + dot(way, way) / 2) / radius;
@@ -44,7 +44,7 @@ struct Surface {
   [[nodiscard]] Real slope(const Vector& x, const Vector& way, const Vector& rate) const {
     return is_plane ? dot(n, rate) : side * dot(x + way - center, rate) / radius;
   }
-  // A sphere bends away from a velocity along it.
+  // A tangential velocity accelerates the gap of a sphere by this much.
   [[nodiscard]] Real curvature_term(const Vector& v) const { return is_plane ? 0 : side * dot(v, v) / radius; }
 };
 
@@ -61,8 +61,8 @@ struct Surface {
   return kept * across - surface.e * vn * n;
 }
 
-// A lower bound of the gap from p to `until` is the parabola gap + slope h - fall h^2/2. Its first zero can be walked to
-// without passing one of the gap's own, so that no dip is missed, and near a zero that is Newton's step.
+// The parabola gap + slope h - fall h^2/2 is a lower bound of the gap from p to `until`. A step to its first zero cannot pass a
+// zero of the gap, so no dip is missed. Near a zero the step is Newton's.
 inline Real safe_reach(Real gap, Real slope, Real fall) {
   if (fall <= 0) return slope < 0 ? gap / -slope : std::numeric_limits<Real>::infinity();
   const Real root = std::sqrt(slope * slope + 2 * fall * gap);
@@ -88,11 +88,11 @@ std::optional<Real> first_impact(const Motion& motion, const Surface& surface, c
     if (p > 0 && gap <= 0) return p;
     Real until = end;
     Real h = std::min(safe_reach(gap, slope, fall_until(p, way, until)), until - p);
-    for (int tighter = 0; tighter < 4 && h < (until - p) / 8; ++tighter) {  // over less the bound is closer
+    for (int tighter = 0; tighter < 4 && h < (until - p) / 8; ++tighter) {  // the bound is tighter over a shorter span
       until = p + 8 * h;
       h = std::max(h, std::min(safe_reach(gap, slope, fall_until(p, way, until)), until - p));
     }
-    if (h == 0 && p == 0) h = 1e-9L * end;  // it only just lifts off
+    if (h == 0 && p == 0) h = 1e-9L * end;  // the particle only just lifts off
     if (p + h >= end) return std::nullopt;
     if (h <= 2 * std::numeric_limits<Real>::epsilon() * p) return p;
     p += h;

@@ -1,4 +1,4 @@
-// Vectors of long doubles for the motions that contacts break.
+// Long double vectors for motions that contacts interrupt.
 #pragma once
 
 #include <array>
@@ -43,7 +43,7 @@ inline Vector cross(const Vector& a, const Vector& b) {
   return {{a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]}};
 }
 
-// Axis by axis.
+// The product for each axis.
 inline Vector scaled(const Vector& by, const Vector& a) { return {{by[0] * a[0], by[1] * a[1], by[2] * a[2]}}; }
 
 inline Vector vector_of(const Vec3& v) { return {{v[0], v[1], v[2]}}; }

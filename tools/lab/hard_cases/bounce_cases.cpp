@@ -1,4 +1,4 @@
-// One particle and the surfaces that it meets: bounces, and the times of its impacts.
+// One particle and surfaces: bounces, and the times of impacts.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -15,7 +15,7 @@ namespace {
 
 // --- 21, 22: bounces -----------------------------------------------------------------------------------------------------
 
-// A ball is dropped from 1 m: bounce k comes at first (1 + 2 (e + ... + e^k)).
+// A ball drops from 1 m: bounce k comes at first (1 + 2 (e + ... + e^k)).
 long double first_bounce() { return std::sqrt(2.0L / static_cast<long double>(gravity)); }
 
 template <class T>
@@ -41,7 +41,7 @@ Worst rest_energy(CaseRun& way) {
     Trial<T> trial(way, falling({ground(e)}), hz60, Start{{0, 1, 0}, {}});
     const auto rest = static_cast<double>(first_bounce()) * (1 + 2 * e / (1 - e));
     trial.step(static_cast<std::size_t>(std::ceil(rest / hz60)) + 1);
-    for (int n = 0; n < 600; ++n) {  // from the step after that in which it comes to rest on
+    for (int n = 0; n < 600; ++n) {  // starts one step after it comes to rest
       worst.see(std::abs(trial.v(1)) + std::abs(trial.x(1)), fmt::format("e = {:g}", e));
       trial.step();
     }
@@ -49,14 +49,14 @@ Worst rest_energy(CaseRun& way) {
   return worst;
 }
 
-// When the last impact was, as the parabola since then tells.
+// Returns the time since the last impact, found by following the present parabola backwards.
 template <class T>
 double seconds_since_impact(const Trial<T>& trial) {
   return 2 * trial.x(1) / (trial.v(1) + std::sqrt(trial.v(1) * trial.v(1) + 2 * gravity * trial.x(1)));
 }
 
-// All bounces that are more than a step apart, or the first ones: what has met the ground twice in a step tells the last time
-// alone.
+// Checks all bounces that are more than a step apart, or the first ones only. After two impacts in one step, only the last
+// one's time can be recovered.
 template <class T, ContactPath sweep, int first_ones = 1000>
 Worst bounce_times(CaseRun& way) {
   Worst worst;
@@ -95,7 +95,7 @@ Worst elastic_energy(CaseRun& way) {
   return worst;
 }
 
-// --- 30, 42: what an impact leaves ---------------------------------------------------------------------------------------
+// --- 30, 42: the result of an impact -------------------------------------------------------------------------------------
 
 template <class T>
 Vec3 left_of(CaseRun& way, double restitution, double viscosity, double friction) {
@@ -107,7 +107,7 @@ Vec3 left_of(CaseRun& way, double restitution, double viscosity, double friction
   return velocity(trial);
 }
 
-// v_n' = -e v_n; v_t' = tau v_t less Coulomb's mu (1 + e) |v_n|, but not below 0.
+// v_n' = -e v_n; v_t' = tau v_t less Coulomb's mu (1 + e) |v_n|, bounded below by 0.
 template <class T>
 Worst impact_laws(CaseRun& way) {
   Worst worst;
@@ -126,7 +126,7 @@ Worst impact_laws(CaseRun& way) {
   return worst;
 }
 
-// Figures that must be 0 are.
+// Results that must be exactly 0.
 template <class T>
 Worst impact_zeros(CaseRun& way) {
   Worst worst;
@@ -170,7 +170,7 @@ struct Flight {
     return solve({.W = W, .g = g, .polynomial = {a}, .sines = {}}, {y, v}, t);
   }
   [[nodiscard]] long double height(long double t) const { return motion(t).x - wall; }
-  // The fraction of the step at which it passes the wall, where it ends below and does not meet the wall twice.
+  // Returns the fraction of the step at which the flight crosses the wall, if it ends below the wall and crosses it only once.
   [[nodiscard]] std::optional<double> impact() const {
     if (height(hz60) >= 0) return std::nullopt;
     long double above = 0;
@@ -186,8 +186,8 @@ struct Flight {
   }
 };
 
-// |f - exact|, f from what the pulse of an elastic impact did to the step: with r = (1 - f) h, dx = dv sin(omega r)/omega under
-// a spring and dx = dv (1 - exp(-g r))/g in air, where v has changed by dv cos(omega r) and dv exp(-g r).
+// Returns |f - exact|, with f from the effect of an elastic impact's pulse on the step. With r = (1 - f) h, dx = dv sin(omega
+// r)/omega under a spring and dx = dv (1 - exp(-g r))/g in air. The final velocity differs by dv cos(omega r) and dv exp(-g r).
 double impact_error(CaseRun& way, const Flight& flight, double exact) {
   Scene scene;
   if (flight.W != 0) scene.add(Spring{.stiffness = flight.W});
@@ -243,7 +243,7 @@ Worst curved_impacts(CaseRun& way) {
 
 // --- 46: bounces under forces --------------------------------------------------------------------------------------------
 
-// In units of a step: the angle of a spring, what drag takes, the angle of a force that is a sine of time.
+// Per step: the angle of a spring, the decay by drag, and the angle of a force sinusoidal in time.
 struct Acting {
   double z = 0, q = 0, theta = 0;
 };
@@ -263,7 +263,7 @@ AxisEquation equation_of(const Acting& acting, long double from) {
   return equation;
 }
 
-// Above the floor, to whose height a spring pulls.
+// A floor, and a spring that pulls to the floor's height.
 Scene scene_under(const Acting& acting, const Contact& floor, Method method = Method::combined) {
   const double omega = acting.z / hz60;
   Scene scene;
@@ -276,8 +276,8 @@ Scene scene_under(const Acting& acting, const Contact& floor, Method method = Me
   return scene;
 }
 
-// Impacts of 0.5 to 5 m/s at many times of a step, against the exact bounce: the energy over the kinetic one at the impact, or
-// the velocity over that of the impact.
+// Impacts of 0.5 to 5 m/s at many times within a step, compared with the exact bounce. The error is that of the energy relative
+// to the kinetic energy at the impact, or that of the velocity relative to the impact's.
 enum class Judged { energy, velocity };
 
 template <class T, Judged judged>
@@ -288,12 +288,12 @@ double impact_under(CaseRun& way, const Acting& acting, const Contact& floor) {
     const double speed = 0.5 + 4.5 * std::fmod(0.25 + 0.7548776662466927 * i, 1);
     const auto equation = equation_of(acting, part * hz60);
     const AxisState before = solve(equation, {0, -speed}, -part * hz60);
-    if (!(before.x > 0)) continue;  // it comes from below
+    if (!(before.x > 0)) continue;  // the path before the impact lies below the floor
     Trial<T> trial(way, scene_under(acting, floor), hz60,
                    Start{{0, static_cast<double>(before.x), 0}, {0, static_cast<double>(before.v), 0}});
     trial.step();
     const AxisState after = solve(equation, {0, speed}, (1 - part) * hz60);
-    if (!(after.x > 0)) continue;  // it comes back within the step
+    if (!(after.x > 0)) continue;  // it falls back within the step
     if (judged == Judged::velocity) {
       worst = std::max(worst, std::abs(trial.v(1) - static_cast<double>(after.v)) / speed);
     } else {
@@ -309,7 +309,7 @@ const Contact& elastic_floor() {
   static const Contact floor = ground(1);
   return floor;
 }
-// So large that it is flat where the particle falls, and rounds as a sphere does.
+// The sphere is so large that it is flat where the particle falls, but rounding is that of a sphere.
 const Contact& elastic_ball() {
   static const Contact ball = Sphere{.center = {0, -8, 0}, .radius = 8, .restitution = 1};
   return ball;
@@ -333,7 +333,8 @@ Worst bounces_in_air(CaseRun& way) {
   }
   return worst;
 }
-// The velocity after an impact under a force of time, over what the study of the method found for a quintic path.
+// The velocity error after an impact under a force of time, relative to the error that the study of the method found for a
+// quintic path.
 template <class T>
 Worst bounces_when_shaken(CaseRun& way) {
   Worst worst;
@@ -346,7 +347,7 @@ Worst bounces_when_shaken(CaseRun& way) {
   return worst;
 }
 
-// A thousand bounces on a floor under a spring of 0.1 rad a step and gravity.
+// A thousand bounces on a floor under gravity and a spring of 0.03 or 0.1 rad a step.
 template <class T>
 Worst thousand_bounces(CaseRun& way) {
   Worst worst;
@@ -366,8 +367,8 @@ Worst thousand_bounces(CaseRun& way) {
   return worst;
 }
 
-// A spring that bends the path back within the step: a dip of a hundredth of a millimetre to a centimetre, which a step does
-// not end in. The energy after it, over before.
+// A spring bends the path back within the step. The path dips below the floor by a hundredth of a millimetre to a centimetre,
+// and the step does not end in the dip. The error is that of the energy after the step relative to the energy before.
 template <class T>
 Worst dips(CaseRun& way) {
   Worst worst;
@@ -385,7 +386,7 @@ Worst dips(CaseRun& way) {
       Trial<T> trial(way, scene, hz60, Start{{0, y, 0}, {0, v, 0}});
       trial.step();
       const auto where = fmt::format("z = {:g}, {:g} m deep", z, depth);
-      // reflected twice or more: no more than as much energy, and higher than where the dip would have ended
+      // two or more reflections: the energy is kept, and the end lies above the end of the undisturbed dip
       const auto energy = [&](double at, double speed) { return speed * speed + omega * omega * (at - 0.2) * (at - 0.2); };
       worst.see(std::abs(energy(trial.x(1), trial.v(1)) / energy(y, v) - 1), where);
       worst.see(trial.x(1) < 0 || trial.x(1) == y ? infinite : 0, where);

@@ -1,5 +1,5 @@
-// A hard case: a number, the reason why it is hard, and its bars. A bar holds one figure, the worst over the case's
-// parameters, against a limit, in one precision; the same check runs on every instruction set.
+// A hard case has a number, the reason why it is hard, and its bars. A bar compares one figure, the worst over the case's
+// parameters, with a limit in one precision. The same check runs on every instruction set.
 #pragma once
 
 #include <cmath>
@@ -13,30 +13,30 @@
 
 namespace dvdx::tool::stability {
 
-// Precisions, as the command line calls them.
+// Precisions, by their names on the command line.
 inline constexpr std::string_view float64 = "float64";
 inline constexpr std::string_view float32 = "float32";
 inline constexpr std::string_view float32_compensated = "float32_compensated";
 
-// A long run is looked at so many times, as far apart.
+// The number of samples of a long run, equally spaced in time.
 inline constexpr int all_looks = 100;
 
-// A tenth of the steps, for cloth that hangs for 1e5: half of the time of all cases.
+// A tenth of the steps, for cloth that hangs for 1e5 steps: those runs take half of the time of all cases.
 enum class Duration { whole, tenth };
 
-// On what a check runs, and the bits that its trials leave: they must be alike on every instruction set of one arithmetic.
+// The conditions of a check, and a hash of its trials' states. The hash must agree on all instruction sets of one arithmetic.
 struct CaseRun {
   Isa isa = Isa::reference;
   Arithmetic arithmetic = Arithmetic::separate;
-  int looks = all_looks;  // at a long run that is only_best_whole
+  int looks = all_looks;  // samples of a long run; RunsOn::only_best_whole runs up to the first one on the others
   Duration duration = Duration::whole;
   std::uint64_t bits = 0xCBF29CE484222325U;
 };
 
-// The largest value seen, and where.
+// The largest value seen, and its place.
 struct Worst {
-  double value = 0;   // once it is not a number it stays so
-  std::string where;  // "omega h = 3"; empty where the check has one place alone
+  double value = 0;   // once NaN, it stays NaN
+  std::string where;  // "omega h = 3"; empty if the check has only one place
 
   void see(double seen, std::string_view at = {}) {
     if (std::isnan(value) || seen <= value) return;
@@ -47,23 +47,24 @@ struct Worst {
 
 using Check = Worst (*)(CaseRun& way);
 
-// A bar that the kernel does not meet: the figure that was measured, rounded up, which it must not exceed, and why.
+// A bar that the kernel does not meet: the measured figure, rounded up, as a limit, and the reason.
 struct KnownMiss {
   double at_most = 0;
   std::string_view reason;
 };
 
-// Where a bar runs. A run that takes a minute of a fast instruction set takes an hour of the reference: only_best_whole runs
-// whole on the best alone, and up to its first look on every one, for the bits.
+// The instruction sets that run a bar. A run of a minute on a fast instruction set takes an hour on the reference.
+// only_best_whole runs the whole length on the best instruction set only, and up to the first sample on every one, to compare
+// the bits.
 enum class RunsOn { every_isa, best_isa, only_best_whole };
 
-// Met where the check's figure is at most `limit`.
+// A bar is met if the check's figure is at most `limit`.
 struct Bar {
   std::string_view precision = float64;
   Check check = nullptr;
   double limit = 0;
-  std::string_view unit;      // "m", "A" (amplitudes), "" where the figure has none
-  std::string_view expected;  // what should come out
+  std::string_view unit;      // "m", "A" (amplitudes), "" for a figure without a unit
+  std::string_view expected;  // the expected result
   std::optional<KnownMiss> known_miss{};
   RunsOn runs_on = RunsOn::every_isa;
 };
@@ -71,11 +72,11 @@ struct Bar {
 struct Case {
   int number = 0;
   std::string_view name;
-  std::string_view hard;  // what is
+  std::string_view hard;  // the reason why it is hard
   std::vector<Bar> bars;
 };
 
-// The same check in either precision, a limit each.
+// The same check in either precision, each with its limit.
 template <Check in_float64, Check in_float32>
 [[nodiscard]] std::vector<Bar> both(double limit64, double limit32, std::string_view unit, std::string_view expected) {
   return {{.precision = float64, .check = in_float64, .limit = limit64, .unit = unit, .expected = expected},

@@ -1,4 +1,4 @@
-// One particle and the surfaces that it meets: rest, corners, friction.
+// One particle and surfaces: rest, corners, friction.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -31,8 +31,8 @@ Worst rest_on_axis(CaseRun& way) {
   return worst;
 }
 
-// A particle at rest on an oblique plane, over 1e6 steps after it has settled, each over its own bar: how far it is from
-// the plane (4 eps of its distance from the origin), how fast along the normal (1e-6 m/s), how far it creeps (not at all).
+// A particle at rest on an oblique plane, over 1e6 steps after settling. Each figure is relative to its own bar: the distance
+// from the plane (4 eps of the distance from the origin), the normal speed (1e-6 m/s), and creep (none allowed).
 template <class T>
 Worst rest_on_oblique(CaseRun& way) {
   constexpr double offset = 7.3;
@@ -56,8 +56,8 @@ Worst rest_on_oblique(CaseRun& way) {
   return worst;
 }
 
-// On inclines that friction of 0.5 holds, by a part in a thousand at the steepest: how far and how fast each particle is after
-// 1e6 steps from where it was put down at rest.
+// Inclines that friction of 0.5 holds, the steepest by a margin of one in a thousand. Measures how far and how fast each
+// particle is after 1e6 steps from where it was put down at rest.
 template <class T>
 Worst rest_on_incline(CaseRun& way) {
   constexpr double friction = 0.5;
@@ -90,7 +90,8 @@ Worst rest_on_incline(CaseRun& way) {
   return worst;
 }
 
-// A steeper one: it slides as the closed form does, g (sin - mu cos) t^2/2 in 10 s, over the way without friction.
+// A steeper incline: the particle slides by the closed form, g (sin - mu cos) t^2/2 in 10 s, relative to the distance without
+// friction.
 template <class T>
 Worst slides_down(CaseRun& way, double friction, double restitution, std::initializer_list<double> steepnesses) {
   Worst worst;
@@ -155,7 +156,7 @@ Worst start_on_plane(CaseRun& way) {
   return worst;
 }
 
-// Position over |v| h and speed over itself, in eps.
+// The error of position relative to |v| h and that of the speed relative to itself, in eps.
 template <class T>
 Worst corners(CaseRun& way) {
   Worst worst;
@@ -182,7 +183,7 @@ Worst corners(CaseRun& way) {
 // 16 particles in a wedge of 20 degrees, closed by a wall.
 struct Wedge {
   double deepest = 0;  // m, in eps
-  double change = 0;   // of kinetic energy in one step, gained or lost
+  double change = 0;   // kinetic energy gained or lost in one step
 };
 
 template <class T>
@@ -204,7 +205,7 @@ Wedge in_wedge(CaseRun& way) {
     for (std::size_t i = 0; i < 16; ++i) {
       change.see(std::abs(product(velocity(trial, i), velocity(trial, i)) / before[i] - 1));
       for (std::size_t k = 0; k < 3; ++k) {
-        // the plane as the particle's precision holds it
+        // the plane in the particle's precision
         const Vec3 held{static_cast<T>(normals[k][0]), static_cast<T>(normals[k][1]), static_cast<T>(normals[k][2])};
         deepest.see((offsets[k] - product(held, position(trial, i))) / epsilon<T>);
       }
@@ -220,7 +221,7 @@ Worst wedge(CaseRun& way) {
   return worst;
 }
 
-// A step between two walls 1/16 m apart that a particle crosses `bounces` times.
+// One step between two walls 1/16 m apart, in which a particle crosses the gap `bounces` times.
 template <class T>
 struct Channel {
   static constexpr double width = 0.0625;
@@ -244,7 +245,7 @@ Worst folded_path(CaseRun& way) {
   return worst;
 }
 
-// Beyond as many impacts as a step resolves.
+// More impacts than a step resolves.
 template <class T>
 Worst contained(CaseRun& way) {
   Worst worst;
@@ -276,8 +277,8 @@ Worst tunnelling(CaseRun& way) {
 
 // --- 47: pressed into a corner -------------------------------------------------------------------------------------------
 
-// Stones blown into the corner of three planes for an hour: how far and how fast each one moves after its first minute, and how
-// deep it lies inside, over 4 eps of its distance from the origin.
+// Stones blown into the corner of three planes for an hour. Measures how far and how fast each one moves after its first
+// minute, and how deep it lies inside, relative to 4 eps of its distance from the origin.
 template <class T>
 Worst pressed_into_corner(CaseRun& way) {
   Worst worst;
@@ -321,7 +322,7 @@ Worst pressed_into_corner(CaseRun& way) {
   return worst;
 }
 
-// Pressed onto two walls it meets the floor at 3 m/s: what is left of its bounce, against the closed form.
+// A particle pressed onto two walls meets the floor at 3 m/s. Its bounce is compared with the closed form.
 template <class T>
 Worst bounce_in_groove(CaseRun& way) {
   Worst worst;
@@ -340,7 +341,7 @@ Worst bounce_in_groove(CaseRun& way) {
 
 // --- 48: the angle of friction; an oblique puck --------------------------------------------------------------------------
 
-// Put down an hour ago on an incline a part in ten thousand less steep than friction holds.
+// An hour on an incline that is less steep by one in ten thousand than the limit of friction.
 template <class T>
 Worst held_for_an_hour(CaseRun& way) {
   constexpr double friction = 0.4;
@@ -369,7 +370,7 @@ Worst slides_just_above(CaseRun& way) {
   return slides_down<T>(way, 0.4, 0.3, {1.01, 1.1});
 }
 
-// A frictionless puck thrown obliquely at the floor keeps its way along it, bounces and rest included: in eps of that way.
+// A frictionless puck thrown obliquely at the floor keeps its tangential motion, bounces and rest included: in eps of the way.
 template <class T>
 Worst oblique_puck(CaseRun& way) {
   Worst worst;
@@ -387,7 +388,7 @@ Worst oblique_puck(CaseRun& way) {
   return worst;
 }
 
-// A million steps of many scenes that must leave nothing at all.
+// A million steps of many scenes that must leave exactly nothing.
 Bar on_best(std::string_view precision, Check check, std::string_view expected) {
   return {.precision = precision,
           .check = check,

@@ -51,8 +51,8 @@ PlainSprings cloth(double damping, double drag, double anchor) {
 
 struct Damped {
   double damping, drag, anchor;      // kg/s, 1/s, 1/s^2
-  std::size_t reference;             // steps a frame of the plain loops
-  int coarse_second, coarse_fourth;  // sub-steps of the coarser of two runs
+  std::size_t reference;             // steps a frame of the plain Runge-Kutta loops
+  int coarse_second, coarse_fourth;  // sub-steps of the coarser run of two
 };
 constexpr std::array<Damped, 6> scenes{{{0.02, 0, 0, 1280, 160, 40},
                                         {0.2, 0, 0, 1280, 160, 40},
@@ -61,7 +61,7 @@ constexpr std::array<Damped, 6> scenes{{{0.02, 0, 0, 1280, 160, 40},
                                         {0.2, 0.5, 400, 1280, 160, 40},
                                         {1, 0.5, 400, 2560, 640, 160}}};
 
-// Root mean square over the bodies at the end, against Runge and Kutta's plain loops.
+// Root mean square error over the bodies at the end, relative to plain Runge-Kutta loops.
 double error(CaseRun& way, const PlainSprings& system, const std::vector<Start>& exact, Coupling coupling, int substeps) {
   coupling.substeps = substeps;
   Trial<double> trial(way, scene_of(system, coupling), frame, system.bodies);
@@ -75,7 +75,7 @@ double error(CaseRun& way, const PlainSprings& system, const std::vector<Start>&
 
 PlainSprings cloth_of(const Damped& one) { return cloth(one.damping, one.drag, one.anchor); }
 
-// Where the cloths are at the end: made once for all schemes.
+// The final states of the cloths, computed once for all schemes.
 const std::vector<Start>& end_of(std::size_t which) {
   static const auto ends = [] {
     std::array<std::vector<Start>, scenes.size()> list;
@@ -87,7 +87,7 @@ const std::vector<Start>& end_of(std::size_t which) {
   return ends[which];
 }
 
-// The order by halving the sub-step once: how far it is from the one that the scheme claims.
+// The order, from halving the sub-step once. Returns its distance from the order that the scheme claims.
 template <Scheme scheme>
 Worst order(CaseRun& way) {
   constexpr bool is_fourth = scheme == Scheme::fourth_order;

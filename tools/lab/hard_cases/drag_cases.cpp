@@ -1,4 +1,4 @@
-// One particle under linear forces: its coefficients, every damping, and forces of time.
+// One particle under linear forces: its coefficients, all dampings, and forces of time.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -14,7 +14,7 @@ namespace {
 
 // --- 6, 7: coefficients -------------------------------------------------------------------------------------------------
 
-// A step's answer to a displacement, a velocity and a wind of 1: -C and -A, S, and the wind's part in both.
+// The change of x and v in one step by a unit displacement (-C and -A), a unit velocity (S) and a unit wind (both).
 template <class T>
 Worst spring_coefficients(CaseRun& way) {
   Worst worst;
@@ -73,12 +73,12 @@ struct Response {
   AxisState curved;  // by an acceleration of t^2/2:       psi_4, psi_3
 };
 
-// exp(-l1) and exp(-l2) of the two rates l1 <= l2, or of an oscillation's shared one, where both have died away: there they
-// need a form of their own.
+// The response where both modes have decayed. Their factors are exp(-l1) and exp(-l2) with rates l1 <= l2, or one shared decay
+// of an oscillation. So small a remainder needs its own form.
 Response died_away(long double w, long double b) {
   const long double square = b * b - w;
   const long double root = std::sqrt(std::abs(square));
-  long double sine = std::exp(-b);  // exp(-b) sinh(root) / root, or with sin
+  long double sine = std::exp(-b);  // exp(-b) sinh(root) / root, or sin in place of sinh
   long double cosine = std::exp(-b);
   if (square > 0) {
     const long double slow = std::exp(-w / (b + root));
@@ -105,8 +105,8 @@ Response response(double w, double q) {
           solve({.W = w, .g = q, .polynomial = {0, 0, 0.5L}, .sines = {}}, {0, 0}, 1)};
 }
 
-// The size around which psi_k swings: its own value, or where it oscillates through zero, its amplitude exp(-q/2)/z^k. A
-// response that has died away to nothing is measured by a trace of its largest value, which is below 1/q.
+// The scale of psi_k's error: its own value or, if it oscillates through zero, the amplitude exp(-q/2)/z^k. A response that has
+// decayed to nothing is measured relative to a tiny part of its largest value, which is below 1/q.
 double envelope(int k, long double exact, double w, double q) {
   if (k == 0) return 1;
   const double swing = 4 * w > q * q ? std::exp(-q / 2) * std::pow(w, -0.5 * k) : 0.0;
@@ -132,7 +132,7 @@ Grid2 damping_grid() {
   return grid;
 }
 
-// Each pair is a particle with a stiffness and a drag of its own, pushed by a polynomial of time.
+// Each pair (w, q) is a particle with its own stiffness and drag, pushed by a polynomial of time.
 Scene grid_scene(const Grid2& grid, const std::vector<double>& push) {
   Scene scene;
   scene.add(Spring{.stiffness = grid.w});
@@ -143,7 +143,7 @@ Scene grid_scene(const Grid2& grid, const std::vector<double>& push) {
   return scene;
 }
 
-// Over max(16, z) eps of the envelope.
+// The error in units of max(16, z) eps of the envelope.
 Worst all_dampings(CaseRun& way) {
   const Grid2 grid = damping_grid();
   const std::vector<Start> at_rest(grid.w.size());
@@ -174,7 +174,8 @@ Worst all_dampings(CaseRun& way) {
   return worst;
 }
 
-// Far beyond any scene: over what the same push does to a free particle, which no stiffness and no drag exceed.
+// Values far beyond any scene. The error is relative to the response of a free particle to the same push, which bounds every
+// response.
 Worst extreme_dampings(CaseRun& way) {
   Grid2 grid;
   for (const double w : {0.0, 1e-300, 1e-20, 1.0, 1e20, 1e100, 1e200, 1e260}) {
@@ -216,7 +217,7 @@ Worst nearly_critical(CaseRun& way) {
   return worst;
 }
 
-// How much of its way back a slow creep makes in a step: more than half an ulp of a float32, or less.
+// A slow creep returns by more than half an ulp of a float32 in each step (held), or by less (lost).
 enum class Creep { held, lost };
 
 template <class T, Creep creep>
@@ -235,7 +236,7 @@ Worst overdamped(CaseRun& way) {
   return worst;
 }
 
-// From rest; over the way and the speed themselves.
+// A fall from rest. The errors are relative to the distance and the speed.
 template <class T>
 Worst falling_in_drag(CaseRun& way) {
   Worst worst;
@@ -269,14 +270,14 @@ Worst terminal_velocity_apart(CaseRun& way) {
 struct Forced {
   double W, g, frequency, h;
 
-  // The size of the steady answer's denominator: 0 at resonance.
+  // The magnitude of the denominator of the steady response: 0 at resonance.
   [[nodiscard]] double nearness() const {
     const double theta = frequency * h;
     return std::hypot(W * h * h - theta * theta, g * h * theta);
   }
 };
 
-// Over the largest amplitude on the way.
+// The error relative to the largest amplitude so far.
 double forced_error(CaseRun& way, const Forced& at) {
   constexpr std::size_t steps = 64;
   Scene scene;
@@ -321,7 +322,7 @@ Worst forced(CaseRun& way) {
   return worst;
 }
 
-// The velocity that one step at 1e6 s takes from a forcing, over its largest.
+// The velocity that one step at 1e6 s gains from a forcing, relative to the largest gain.
 template <class T>
 Worst late_phase(CaseRun& way) {
   constexpr double h = 0.9;

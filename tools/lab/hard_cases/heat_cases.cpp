@@ -1,4 +1,4 @@
-// Sheets that crumple: linear stability says nothing of them.
+// Sheets that crumple. Linear stability does not cover them.
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -18,7 +18,7 @@ namespace {
 template <class T>
 constexpr Precision precision_of = sizeof(T) == 8 ? Precision::float64 : Precision::float32;
 
-// Sequential by default.
+// Takes the first stepping, the default of `sequential`.
 template <class T>
 void see_heat(CaseRun& way, Setting setting, Worst& worst) {
   setting.precision = precision_of<T>;
@@ -46,7 +46,7 @@ Worst dragged_sheets(CaseRun& way) {
   return of_groups<T>(way, {"damped", "sphere", "dragged"});
 }
 
-// Dragged to and fro over a sphere, damped and not.
+// Sheets dragged to and fro over a sphere, damped and undamped.
 template <class T>
 Worst long_drag(CaseRun& way) {
   Worst worst;
@@ -81,8 +81,8 @@ SceneFile standing_sheet() {
   return file;
 }
 
-// How far leapfrog's fitted order is from two. Not a number where there is no horizon, where nothing could be fitted, or where
-// a run is ranked that chaos alone places.
+// The difference of leapfrog's fitted order from two. NaN if there is no horizon, if nothing could be fitted, or if a run is
+// ranked by chaos alone.
 Worst horizon_of_chaos(CaseRun& way) {
   Worst worst;
   const report::Setup setup{.engine = {.precision = Precision::float64, .isa = way.isa, .arithmetic = way.arithmetic},

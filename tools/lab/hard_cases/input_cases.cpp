@@ -1,4 +1,4 @@
-// Steps, masses and numbers that are no plain ones, and what must not depend on how a batch is run.
+// Unusual steps, masses and numbers, and the independence of the way in which a batch runs.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -26,7 +26,7 @@ struct NamedScene {
   Scene scene;
 };
 
-// Between -1 and 1.
+// A value between -1 and 1.
 double scattered(std::uint64_t particle, unsigned axis) { return uniform_value(-1, 1, 5, particle, axis); }
 
 std::vector<Start> scattered_starts(std::size_t count) {
@@ -40,7 +40,7 @@ std::vector<Start> scattered_starts(std::size_t count) {
   return starts;
 }
 
-// Particles that do not meet: springs, drag, wind and forcing, alike and of their own, contacts, radial springs, every method.
+// Particles that do not meet: springs, drag, wind and forcing, shared or individual, contacts, radial springs, every method.
 std::vector<NamedScene> scenes_apart(std::size_t count) {
   std::vector<double> each(count);
   for (std::size_t i = 0; i < count; ++i) each[i] = 30 + 25 * scattered(i, 6);
@@ -68,7 +68,7 @@ std::vector<NamedScene> scenes_apart(std::size_t count) {
   return list;
 }
 
-// Two sheets, and rods between particles of the second: what joins them in every scheme.
+// Two sheets, and rods between particles of the second, in every scheme.
 constexpr std::size_t sheet_side = 6;
 constexpr std::size_t joined_count = 2 * sheet_side * sheet_side;
 
@@ -131,7 +131,7 @@ bool is_same(T a, T b) {
   return std::bit_cast<Bits>(a) == std::bit_cast<Bits>(b);
 }
 
-// Particles of both trials, `skipped` apart, of which any number differs in a bit.
+// The number of particles, without the `skipped` ones, of which any number differs in any bit between the trials.
 template <class T, class Skipped>
 double differing(Trial<T>& a, Trial<T>& b, const Skipped& skipped) {
   int count = 0;
@@ -182,7 +182,7 @@ Worst bad_particle(CaseRun& way) {
   return worst;
 }
 
-// A particle that is not joined with it keeps every bit; one that is stays finite, without its springs.
+// A particle not joined to the bad one keeps every bit. A joined one stays finite, without its springs to the bad one.
 template <class T>
 Worst bad_neighbour(CaseRun& way) {
   Worst worst;
@@ -230,7 +230,7 @@ Worst bad_masses(CaseRun& /*way*/) {
   return worst;
 }
 
-// Fixed particles keep their bits in every pass; springs and rods between two of them do nothing.
+// Fixed particles keep their bits in every pass. Springs and rods between two fixed particles do nothing.
 template <class T>
 Worst pinned(CaseRun& way) {
   Worst worst;
@@ -253,7 +253,7 @@ Worst pinned(CaseRun& way) {
 
 // --- 33, 34, 35: steps --------------------------------------------------------------------------------------------------
 
-// Steps of no time.
+// Steps of zero length.
 template <class T>
 Worst no_time(CaseRun& way) {
   Worst worst;
@@ -273,7 +273,8 @@ Worst no_time(CaseRun& way) {
   return worst;
 }
 
-// 100 steps forth and back: metres, and metres a second over omega, over what the damping amplifies.
+// 100 steps forward and 100 back. The errors, in metres and in metres a second over omega, are relative to the damping's
+// amplification.
 template <class T>
 double there_and_back(CaseRun& way, const Scene& scene, double omega, double amplified) {
   const auto starts = scattered_starts(17);
@@ -340,7 +341,7 @@ Worst changing_step(CaseRun& way) {
 
 // --- 40, 41 -------------------------------------------------------------------------------------------------------------
 
-// Each particle of 1 to 33 against itself among 64.
+// Compares each particle of a batch of 1 to 33 with the same particle in a batch of 64.
 template <class T>
 Worst remainders(CaseRun& way) {
   Worst worst;

@@ -1,4 +1,4 @@
-// One particle under linear forces: its step is exact on paper, so that what is left is rounding.
+// One particle under linear forces. Its step is exact in theory, so the error is rounding.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -43,7 +43,7 @@ Worst many_large_steps(CaseRun& way) {
 
 // --- 3, 11, 38: energy over long runs -----------------------------------------------------------------------------------
 
-// |E/E0 - 1| of particles that swing about c with an amplitude of 1 m.
+// |E/E0 - 1| of particles that oscillate about c with an amplitude of 1 m.
 template <class T>
 class EnergyDrift {
  public:
@@ -144,7 +144,7 @@ Worst long_run_rms(CaseRun& way) {
   return worst;
 }
 
-// Damped so little that the energy falls by a tenth in 1e7 steps: these take the fused step, a matrix of rounded numbers.
+// Damping so small that the energy falls by a tenth in 1e7 steps. These runs take the fused step, a matrix of rounded numbers.
 Worst long_damped_run(CaseRun& way) {
   const std::size_t steps = 10000000 / all_looks * static_cast<std::size_t>(way.looks);
   Worst worst;
@@ -164,11 +164,11 @@ Worst long_damped_run(CaseRun& way) {
   return worst;
 }
 
-// --- 11: the separate methods lose or gain what their determinants say -------------------------------------------------------
+// --- 11: the separate methods lose or gain the energy that their determinants predict ---------------------------------------
 
-// The determinant of a step of springs z_i = omega_i h, each integrated alone, in closed form.
+// The determinant of a step of springs z_i = omega_i h, each integrated separately, in closed form.
 long double determinant_of(Method method, const std::vector<double>& angles) {
-  long double A = 0;  // of dv = -A x - B v, dx = -C x - D v, in units of h = 1
+  long double A = 0;  // coefficients of dv = -A x - B v, dx = -C x - D v, in units of h = 1
   long double B = 0;
   long double C = 0;
   long double D = 0;
@@ -185,7 +185,7 @@ long double determinant_of(Method method, const std::vector<double>& angles) {
 }
 
 double mean_energy(Trial<double>& trial, double omega) {
-  constexpr int window = 314;  // steps of Omega h = 0.1: five periods, over which the energy's own swing averages out
+  constexpr int window = 314;  // steps of Omega h = 0.1: five periods, which average out the energy's own oscillation
   double sum = 0;
   for (int n = 0; n < window; ++n) {
     const double x = omega * trial.x(0);
@@ -232,7 +232,7 @@ Worst tiny_steps(CaseRun& way) {
   return worst;
 }
 
-// A step of 2e-9 m is less than half an ulp of 1 m in float32: it stands still, to the last bit.
+// A displacement of 2e-9 m is less than half an ulp of 1 m in float32, so the position must not change by a bit.
 Worst tiny_steps_are_lost(CaseRun& way) {
   Trial<float> trial(way, Motion{.W = 100}.scene(), tiny, Start{{1, 1, 1}, {2, 2, 2}});
   trial.step(1000000);
@@ -243,7 +243,7 @@ Worst tiny_steps_are_lost(CaseRun& way) {
 
 // --- 14, 15: far away and very small ------------------------------------------------------------------------------------
 
-enum class Home { world, local };  // where positions are measured from: the world's origin, or the anchor
+enum class Home { world, local };  // the origin of the positions: the world's, or the anchor
 
 template <class Kind>
 double far_away_error(CaseRun& way, double far, double z, Home home) {
@@ -263,7 +263,7 @@ double far_away_error(CaseRun& way, double far, double z, Home home) {
   return worst.value;
 }
 
-enum class Angle { small, one };  // omega h: to 0.1, and 1
+enum class Angle { small, one };  // omega h: up to 0.1, or 1
 
 template <class Kind, Angle angle, Home home = Home::world>
 Worst far_away(CaseRun& way) {
@@ -305,7 +305,7 @@ Worst vanishing(CaseRun& way) {
   return worst;
 }
 
-// Seconds of 64 steps of 1024 particles of one amplitude.
+// The time in seconds of 64 steps of 1024 particles with one amplitude.
 template <class T>
 double seconds_of(CaseRun& way, double amplitude) {
   Trial<T> trial(way, Motion{.W = 36}.scene(), hz60, std::vector<Start>(1024, {{amplitude, 0, amplitude}, {}}));

@@ -1,4 +1,4 @@
-// One particle under linear forces: its motion on paper, and how far a trial is off it.
+// One particle under linear forces: its exact motion, and the error of a trial.
 #pragma once
 
 #include <cmath>
@@ -29,7 +29,7 @@ struct Motion {
   }
 };
 
-// 16 particles, each an amplitude of 1 m about c in another phase.
+// 16 particles with an amplitude of 1 m about c, each in another phase.
 inline std::vector<Start> phases(double omega, double c = 0) {
   std::vector<Start> starts;
   for (int i = 0; i < 16; ++i) {
@@ -48,7 +48,7 @@ std::vector<AxisState> axes_of(const Trial<T>& trial) {
   return axes;
 }
 
-// Errors of position and of velocity, each over its own scale; the worse of both.
+// The scales of the errors of position and velocity. The larger scaled error counts.
 struct Scale {
   double x = 1;  // m
   double v = 1;  // m/s
@@ -60,7 +60,7 @@ inline double error_of(const AxisState& got, const AxisState& exact, const Scale
   return std::isnan(x) || x > v ? x : v;
 }
 
-// The worst error of all particles after n steps of h.
+// Returns the worst error of all particles after n steps of h.
 template <class T>
 double error_after(CaseRun& way, const Motion& motion, double h, std::size_t n, const std::vector<Start>& starts,
                    const Scale& scale) {

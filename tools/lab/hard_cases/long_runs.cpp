@@ -13,23 +13,22 @@
 #include "scene_io/names.hpp"
 #include "state/state_memory.hpp"
 
-// Theory. A number u is rounded with a variance of ulp(u)^2/12, which over all mantissas is 0.045 eps^2 u^2 on average. A step
-// writes x twice and v once. Through E = (v^2 + omega^2 x^2)/2 a rounding of x moves the energy by 2 x dx/A^2 and the phase by
-// sin(phi) dx/A; averaged over the phase, a step adds 0.203 eps^2 to the variance of E/E0 and 0.0169 eps^2 to that of the
-// phase. Independent steps make a random walk, sqrt(n) of that. Drift above it comes from rounded coefficients, and grows
-// with n.
+// Theory. Rounding a number u has the variance ulp(u)^2/12, on average 0.045 eps^2 u^2 over all mantissas. A step writes x
+// twice and v once. By E = (v^2 + omega^2 x^2)/2, a rounding of x moves the energy by 2 x dx/A^2 and the phase by sin(phi)
+// dx/A. Averaged over the phase, a step adds 0.203 eps^2 to the variance of E/E0 and 0.0169 eps^2 to that of the phase.
+// Independent steps make a random walk, sqrt(n) of that. Drift beyond it comes from rounded coefficients, and grows with n.
 
 namespace dvdx::tool::stability {
 namespace {
 
 constexpr std::array angles = {1e-3, 0.1, 1.0};  // rad
-constexpr std::size_t springs = 4;               // an angle
+constexpr std::size_t springs = 4;               // springs for each angle
 constexpr double h = 1.0 / 60;                   // s
 constexpr std::uint64_t per_call = 1000;         // steps
 static_assert(long_run_curves == angles.size() * precisions.size());
 
-// The roundings of a run in units of the last place, each squared, summed up. A compensated state is rounded to 48 bits once a
-// call, and to 53 in every step.
+// The sum of the squared roundings of a run, in units of the last place. A compensated state is rounded to 48 bits once a call,
+// and to 53 bits in every step.
 double roundings(Precision precision, std::uint64_t steps) {
   const auto n = static_cast<double>(steps);
   if (precision == Precision::float32) return n * 0x1p-46;
@@ -42,7 +41,7 @@ struct Drift {
   double phase = 0;
 };
 
-// One particle, released at rest one metre from the anchor.
+// One particle, released at rest at one metre from the anchor.
 template <class T>
 class Swing {
  public:
@@ -74,7 +73,7 @@ class Swing {
     state_.x[0][0] = 1;
     Scene scene;
     const auto k = static_cast<double>(omega_ * omega_);
-    omega_ = std::sqrt(static_cast<long double>(k));  // of the stiffness that the scene holds
+    omega_ = std::sqrt(static_cast<long double>(k));  // frequency of the stiffness that the scene stores
     z_ = omega_ * static_cast<long double>(h);
     scene.add(Spring{.stiffness = k});
     auto plan = compile<T>(scene, {.step = h, .rounding = rounding_of(precision)}, state_);

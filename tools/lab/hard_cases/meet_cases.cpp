@@ -18,7 +18,7 @@ namespace {
 constexpr double cell = 0.01;  // m
 constexpr int seeds = 3;
 
-// Cells of 1 cm and 49 mg, as a towel has them.
+// Cloth with cells of 1 cm and 49 mg, as in a towel.
 Scene cloth_on_floor() {
   Scene scene;
   scene.mass = 4.9e-5;
@@ -48,7 +48,7 @@ double drawn(int seed, std::size_t i, std::uint32_t axis) {
   return uniform_value(-1, 1, static_cast<std::uint64_t>(seed), i, axis);
 }
 
-// The most edges that go through triangles at any of the frames.
+// Returns the largest number, over all frames, of edges that pass through triangles.
 template <class T>
 std::size_t crossings_of(Trial<T>& trial, const Scene& scene, int frames) {
   Crossings crossings(cloth_triangles(scene));
@@ -60,7 +60,7 @@ std::size_t crossings_of(Trial<T>& trial, const Scene& scene, int frames) {
   return most;
 }
 
-// A sheet is let go upright above a floor, a little out of its plane.
+// A sheet is released upright above a floor, slightly disturbed out of its plane.
 template <class T, int substeps>
 Worst crumples(CaseRun& way) {
   constexpr std::size_t rows = 32, columns = 10;
@@ -82,7 +82,7 @@ Worst crumples(CaseRun& way) {
   return worst;
 }
 
-// A sheet falls on another one that lies on the floor, turned against it, over its border.
+// A sheet falls across the border of another one that lies on the floor. The two are turned against each other.
 template <class T>
 Worst falls_on_another(CaseRun& way) {
   constexpr std::size_t side = 12;

@@ -64,7 +64,7 @@ double energy_now(const Trial<T>& trial, PlainSprings& system) {
 
 double distance(const Vec3& a, const Vec3& b) { return std::hypot(a[0] - b[0], a[1] - b[1], a[2] - b[2]); }
 
-// NaN where any coordinate or velocity is NaN.
+// NaN if any coordinate or velocity is not finite.
 template <class T>
 double farthest(const Trial<T>& trial) {
   Worst worst;
@@ -78,8 +78,7 @@ double farthest(const Trial<T>& trial) {
 
 // --- 4: the limit of leapfrog -------------------------------------------------------------------------------------------
 
-// Adds `count` bodies of 1 kg in a row, 1 m apart, a little disturbed; omega is the highest frequency of that many springs in a
-// row.
+// Adds `count` bodies of 1 kg in a row, 1 m apart, slightly disturbed. omega is the highest frequency of that row.
 void add_row(PlainSprings& system, std::size_t count, double omega) {
   const auto n = static_cast<double>(count);
   const double k = omega * omega / (2 - 2 * std::cos(std::acos(-1.0) * (n - 1) / n));
@@ -92,7 +91,7 @@ void add_row(PlainSprings& system, std::size_t count, double omega) {
   }
 }
 
-// The energy of some rows that one trial steps, each for itself.
+// The energies of several rows that one trial steps together.
 template <class T>
 class RowEnergies {
  public:
@@ -120,7 +119,7 @@ class RowEnergies {
   std::vector<double> start_;
 };
 
-// Rows of 2 and of 8, looked at after every step in windows of a hundred steps: the slowest swing is over in 40.
+// Rows of 2 and of 8, checked after every step in windows of a hundred steps. The slowest oscillation takes 40 steps.
 template <class T>
 Worst limit_of_leapfrog(CaseRun& way) {
   Worst worst;
@@ -148,7 +147,7 @@ Worst limit_of_leapfrog(CaseRun& way) {
 
 // --- 16: unequal masses -------------------------------------------------------------------------------------------------
 
-// Two pairs of a scheme, one of them drifting.
+// Two pairs with one scheme, one of them drifting.
 template <class T, std::size_t which>
 Worst unequal_masses(CaseRun& way) {
   constexpr std::array drifts{0.0, 1e-3};  // m/s
@@ -169,7 +168,7 @@ Worst unequal_masses(CaseRun& way) {
   for (int look = 0; look < way.looks; ++look) {
     trial.step(10000);
     for (std::size_t pair = 0; pair < drifts.size(); ++pair) {
-      const double scale = 1 + 1e6 * drifts[pair];  // kg m/s that go to and fro
+      const double scale = 1 + 1e6 * drifts[pair];  // kg m/s that the two bodies exchange
       for (const std::size_t axis : {0U, 1U}) {
         worst.see(std::abs(momentum(pair, axis) - start[pair][axis]) / scale,
                   fmt::format("drifting at {:g} m/s", drifts[pair]));
@@ -179,13 +178,13 @@ Worst unequal_masses(CaseRun& way) {
   return worst;
 }
 
-// In the order of the couplings, of float32.
+// Float32 only, in the order of the couplings.
 constexpr std::array<std::optional<KnownMiss>, momentum_constant.size()> momentum_misses{
     std::nullopt, KnownMiss{1.6e-4, "the heavy one's velocity is rounded at each of six pulses a sub-step"},
     std::nullopt, KnownMiss{1.3e-4, "the heavy one's velocity is what its rounded positions differ by"},
     std::nullopt, std::nullopt};
 
-// One bar a scheme.
+// One bar for each scheme.
 std::vector<Bar> bars_of_unequal_masses() {
   std::vector<Bar> bars;
   const auto add = [&]<std::size_t which>(std::integral_constant<std::size_t, which>) {
@@ -209,8 +208,8 @@ std::vector<Bar> bars_of_unequal_masses() {
 
 // --- 17, 18: springs without a direction --------------------------------------------------------------------------------
 
-// A spring of no rest length to a point is the linear one in every direction, and so is one between two bodies, on their line
-// and where they turn about each other.
+// A spring of zero rest length to a point equals the linear spring in every direction. So does one between two bodies, on their
+// line and when they turn about each other.
 enum class Ends { to_a_point, on_a_line, turning };
 
 template <class T>
@@ -253,7 +252,7 @@ Worst no_rest_length(CaseRun& way) {
   return worst;
 }
 
-// Two bodies at one place, and one at its anchor: how fast they become.
+// Two bodies at one place, which is also their anchor: the speed that they gain.
 template <class T>
 Worst coincident(CaseRun& way) {
   Worst worst;
@@ -273,16 +272,16 @@ Worst coincident(CaseRun& way) {
   return worst;
 }
 
-// Through each other and from one place apart: the worst change of momentum in three steps.
+// Two bodies that pass through each other or start at one place: the worst change of momentum in three steps.
 template <class T>
 Worst passage(CaseRun& way) {
   Worst worst;
   const std::vector<std::array<Start, 2>> starts{
       {{{{-1.5 * hz60, 0, 0}, {1, 0, 0}}, {{1.5 * hz60, 0, 0}, {-1, 0, 0}}}},        // meet in the middle of a step
-      {{{{-hz60, 0, 0}, {1, 0, 0}}, {{hz60, 0, 0}, {-1, 0, 0}}}},                    // meet where a step ends
+      {{{{-hz60, 0, 0}, {1, 0, 0}}, {{hz60, 0, 0}, {-1, 0, 0}}}},                    // meet at the end of a step
       {{{{0.5, 0, 0}, {0.3, 0.1, 0}}, {{0.5, 0, 0}, {-0.2, 0, 0.4}}}},               // start at one place
       {{{{0.5, 0, 0}, {1, 2, 3}}, {{0.5, 0, 0}, {1, 2, 3}}}},                        // and stay together
-      {{{{-1.5 * hz60, 1e-9, 0}, {1, 0, 0}}, {{1.5 * hz60, -1e-9, 0}, {-1, 0, 0}}}}  // all but meet
+      {{{{-1.5 * hz60, 1e-9, 0}, {1, 0, 0}}, {{1.5 * hz60, -1e-9, 0}, {-1, 0, 0}}}}  // almost meet
   };
   for (const auto& [name, coupling] : couplings) {
     for (std::size_t s = 0; s < starts.size(); ++s) {
@@ -395,7 +394,7 @@ constexpr std::size_t side = 16;                                       // bodies
 constexpr double cloth_mass = 0.3;                                     // kg
 constexpr std::array cloth_stiffnesses{50.0, 500.0, 5000.0, 50000.0};  // N/m
 
-// 16 x 16 bodies, 1 m by 1 m and 0.3 kg, hung by the two corners of its first row.
+// 16 x 16 bodies, 1 m by 1 m and 0.3 kg, hung by the two corners of the first row.
 PlainSprings cloth(double k) {
   PlainSprings system;
   system.gravity = {0, 0, -9.81};
@@ -421,7 +420,7 @@ PlainSprings cloth(double k) {
   return system;
 }
 
-// Root mean square over the bodies at 0.5 s, over the side of 1 m.
+// Root mean square error over the bodies at 0.5 s, relative to the side of 1 m.
 template <class T>
 double cloth_error(CaseRun& way, const PlainSprings& system, const std::vector<Start>& exact, const Coupling& coupling) {
   Trial<T> trial(way, scene_of(system, coupling), hz60, system.bodies);
@@ -431,7 +430,7 @@ double cloth_error(CaseRun& way, const PlainSprings& system, const std::vector<S
   return std::sqrt(squares / static_cast<double>(exact.size()));
 }
 
-// Where the cloths are after 0.5 s: made once, every instruction set is held against the same.
+// The cloths' states after 0.5 s, computed once: every instruction set is compared with the same states.
 const std::vector<Start>& cloth_end(std::size_t which) {
   static const auto ends = [] {
     std::array<std::vector<Start>, cloth_stiffnesses.size()> list;
@@ -457,13 +456,13 @@ Worst hanging_cloth(CaseRun& way) {
 template <class T>
 Worst swept_cloth(CaseRun& way) {
   Coupling coupling = swept;
-  coupling.substeps = 32;  // 64 walks over the springs in a step
+  coupling.substeps = 32;  // 64 sweeps over the springs in a step
   Worst worst;
   worst.see(cloth_error<T>(way, cloth(500), cloth_end(1), coupling));
   return worst;
 }
 
-// The same cloth as a grid, which is stepped fastest.
+// The same cloth as a grid, the fastest form.
 Scene grid_of_cloth(double k, const Coupling& coupling) {
   Scene scene;
   scene.mass = cloth_mass / (side * side);
@@ -476,7 +475,7 @@ Scene grid_of_cloth(double k, const Coupling& coupling) {
   return scene;
 }
 
-// The energy that gravity has given a cloth that started at z = 0, and the part of it that moves.
+// The energy that gravity has given a cloth that started at z = 0, and its kinetic part.
 template <class T>
 struct ClothEnergy {
   double given = 0, kinetic = 0;  // J
@@ -490,9 +489,9 @@ struct ClothEnergy {
   }
 };
 
-// 1e5 steps or a tenth; 1e4 in contracted arithmetic, and of leapfrog where it takes 71 or 224 sub-steps each. Looked at every
-// hundred: the largest coordinate over ten times the sheet's length, and the kinetic energy over 1.3 times the most that
-// gravity has given until then. The worse of both; not a number where any coordinate or velocity is not.
+// Runs 1e5 steps or a tenth; 1e4 in contracted arithmetic, and with leapfrog if it takes 71 or 224 sub-steps a step. Every
+// hundred steps it checks the largest coordinate, relative to ten times the sheet's length, and the kinetic energy, relative to
+// 1.3 times the most that gravity has given so far. Returns the worse of both; NaN if any coordinate or velocity is NaN.
 template <class T>
 Worst lasting_cloth(CaseRun& way, std::span<const double> stiffnesses, const Coupling& coupling) {
   Worst worst;

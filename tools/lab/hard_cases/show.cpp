@@ -57,7 +57,7 @@ std::string listed(const std::vector<std::string>& names) {
   return text;
 }
 
-// Where the most of all rows ran: some run on the best instruction set alone.
+// The longest list of instruction sets of all rows: some bars run on the best instruction set only.
 const std::vector<std::string>& all_isas(const std::vector<Row>& rows) {
   const auto most = [](const Row& a, const Row& b) { return a.isas.size() < b.isas.size(); };
   return std::max_element(rows.begin(), rows.end(), most)->isas;
@@ -98,7 +98,7 @@ std::string to_text(const std::vector<Row>& rows, Colour colour) {
 }
 
 nlohmann::ordered_json to_json(const std::vector<Row>& rows) {
-  auto json = nlohmann::ordered_json::array();  // numbers that are not finite become null
+  auto json = nlohmann::ordered_json::array();  // values that are not finite become null
   for (const Row& row : rows) {
     json.push_back({{"number", row.number},
                     {"name", row.name},

@@ -1,4 +1,4 @@
-// The results of the hard cases, for a terminal and for machines.
+// The results of the hard cases as text and as JSON.
 #pragma once
 
 #include <nlohmann/json_fwd.hpp>

@@ -39,8 +39,8 @@ std::string name_of(const Outcome& outcome) {
   return fmt::format("{} {}", name(outcome.isa), name(outcome.arithmetic));
 }
 
-// The instruction sets whose bits are not those of the first one with their arithmetic, the reference where it ran. In fast
-// arithmetic each may have its own.
+// Names the instruction sets whose bits differ from the first one with the same arithmetic, which is the reference if it ran.
+// Fast arithmetic is exempt: each instruction set may have its own bits.
 std::string differing(const std::vector<Outcome>& outcomes) {
   std::string names;
   for (const Outcome& outcome : outcomes) {
@@ -75,7 +75,7 @@ std::vector<Outcome> outcomes_of(const Bar& bar, RunsOn runs_on, const CaseRun& 
     if (runs_on != RunsOn::every_isa) isas = {isas.back()};
     if (arithmetic == Arithmetic::fast) {
       if (runs_on == RunsOn::best_isa) continue;  // a minute each
-      std::erase(isas, Isa::reference);           // which is contracted, and was run as that
+      std::erase(isas, Isa::reference);           // the reference would run contracted arithmetic, and has done so
     }
     for (const Isa isa : isas) {
       CaseRun way = each;

@@ -1,5 +1,5 @@
 // Runs hard cases: each bar on every instruction set of this machine in every arithmetic. In separate and in contracted
-// arithmetic all must agree bit by bit.
+// arithmetic all bits must agree.
 #pragma once
 
 #include <cstddef>
@@ -11,10 +11,10 @@
 
 namespace dvdx::tool::stability {
 
-// A known miss passes: its figure is no worse than the one that is documented.
+// A known miss passes: its figure is at most the documented one.
 enum class Verdict { met, known_miss, missed };
 
-// One bar and what came of it.
+// One bar and its result.
 struct Row {
   int number = 0;
   std::string name;
@@ -22,11 +22,11 @@ struct Row {
   std::string precision;
   std::string expected;
   double bar = 0;
-  double got = 0;  // not a number where a state was not, or where the library refused
+  double got = 0;  // NaN if a state was not finite, or if the library refused
   std::string unit;
   Verdict verdict = Verdict::missed;
-  std::vector<std::string> isas;  // that ran it, "avx2 contracted"
-  std::string note;               // where the worst was seen, which instruction set differs, why the bar is missed
+  std::vector<std::string> isas;  // the instruction sets that ran it, "avx2 contracted"
+  std::string note;               // the place of the worst figure, an instruction set that differs, the reason of a miss
 
   [[nodiscard]] bool passed() const noexcept { return verdict != Verdict::missed; }
 };

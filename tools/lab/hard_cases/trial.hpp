@@ -1,4 +1,4 @@
-// A scene on one instruction set from a given start, as the hard cases run it.
+// A scene run on one instruction set from a given start, for the hard cases.
 #pragma once
 
 #include <algorithm>
@@ -27,7 +27,7 @@ struct Start {
   Vec3 v{};  // m/s
 };
 
-// How a trial keeps its numbers: float, double, or float32 with what it cannot hold in columns beside it.
+// The storage of a trial's numbers: float, double, or float32 with the rounding remainders in columns beside it.
 struct Compensated {};
 template <class Kind>
 struct Kept {
@@ -43,7 +43,7 @@ struct Kept<Compensated> {
 template <class T>
 inline constexpr double epsilon = static_cast<double>(std::numeric_limits<T>::epsilon());
 
-// Throws std::runtime_error where the library refuses; what the last state's bits are goes to the way.
+// Throws std::runtime_error if the library refuses. Adds the bits of the final state to the CaseRun.
 template <class Kind>
 class Trial {
   using T = typename Kept<Kind>::Scalar;
@@ -66,7 +66,7 @@ class Trial {
   void step(std::size_t steps = 1) {
     if (plan_.step(state_, steps) != StepResult::done) throw std::runtime_error("the plan is for another state");
   }
-  // Some steps at a time: what some do not change, more of them do not, and those are left out.
+  // Steps a thousand at a time. If a thousand steps change no bit, further thousands change none either, and are skipped.
   void rest(std::size_t steps) {
     constexpr std::size_t some = 1000;
     for (std::size_t left = steps; left != 0;) {
@@ -104,7 +104,7 @@ class Trial {
     return state_.has_rests() ? value + static_cast<double>(rests[particle]) : value;
   }
   void keep(std::uint64_t bits) { way_.bits = (way_.bits ^ bits) * 0x100000001B3U; }
-  // A NaN is a NaN in contracted arithmetic: its sign and payload are what each machine's fused operation makes of them.
+  // Outside separate arithmetic all NaNs hash alike, because sign and payload depend on the machine's fused operation.
   void keep_bits_of(const State<T>& state) {
     if (way_.arithmetic == Arithmetic::separate) return keep(state_hash(state));
     for (const auto* columns : {&state.x, &state.v}) {

@@ -1,4 +1,4 @@
-// Planes that one particle meets, and what is seen of its trial.
+// Planes for one particle, and access to its state in a trial.
 #pragma once
 
 #include <cmath>

@@ -17,8 +17,8 @@
 namespace dvdx::tool::stability {
 namespace {
 
-constexpr double beyond_doubt = 1e6;  // of what was given: such a run does not come back
-// J, that pins may have left in a sheet some 10 s after they came to rest: a tenth of its weight times its side
+constexpr double beyond_doubt = 1e6;  // share of what was given; a run beyond it does not recover
+// J: the energy that driven pins may leave in a sheet some 10 s after they came to rest, a tenth of its weight times its side
 constexpr double most_left = 1;
 
 template <class T>

@@ -1,5 +1,5 @@
-// Whether sheets heat: the largest kinetic energy of each run of an ensemble, against what gravity, the pull and the start have
-// given it. Linear maps cannot see it: the directions of the springs turn.
+// Measures whether sheets heat: the largest kinetic energy of each run of an ensemble, compared with the energy that gravity,
+// the pull and the start have given it. Linear maps cannot detect heating, because the springs' directions turn.
 #pragma once
 
 #include <cstdint>
@@ -12,15 +12,15 @@
 
 namespace dvdx::tool::stability {
 
-inline constexpr double heat_bar = 1.3;  // more than this share of what was given is hot
+inline constexpr double heat_bar = 1.3;  // a larger share of the given energy counts as hot
 
-// How networks are stepped, and whether the ensemble is to stay below the bar.
+// A way to step networks, and whether the ensemble must stay below the bar with it.
 struct Stepping {
   std::string_view name;
   Coupling coupling;
   bool must_hold = false;
 };
-// All that `sequential` offers; the default first.
+// All variants of `sequential`; the default comes first.
 [[nodiscard]] std::vector<Stepping> steppings();
 
 struct HeatRun {
@@ -28,23 +28,23 @@ struct HeatRun {
   bool must_hold = false;
   Setting setting;
   double z = 0;      // rad: the highest frequency at the start times the sub-step
-  double share = 0;  // the largest of kinetic energy over what was given until then; not a number where a state was none
+  double share = 0;  // the largest ratio of kinetic energy to the energy given until then; NaN if a state was not finite
   double kinetic = 0, given = 0;  // J, where the share was largest
-  std::uint64_t frame = 0;        // and when
-  std::uint64_t frames = 0;       // that were run: a run ends where there is no doubt left
-  std::uint64_t bits = 0;         // of the state at the end
+  std::uint64_t frame = 0;        // the frame of the largest share
+  std::uint64_t frames = 0;       // frames run: a run ends early once the result is beyond doubt
+  std::uint64_t bits = 0;         // hash of the final state
 
   [[nodiscard]] bool is_hot() const noexcept { return !(share <= heat_bar); }
 };
 
 [[nodiscard]] HeatRun run_setting(const Setting& setting, const Stepping& stepping, Isa isa, Arithmetic arithmetic);
 
-// Every setting with every stepping, each run on one thread, as many at once as the engine has threads; what is found does not
-// depend on them. tell(runs done, of how many) is called from one thread at a time.
+// Runs every setting with every stepping. Each run takes one thread; as many run at once as the engine has threads. The results
+// do not depend on that number. tell(runs done, total) is called from one thread at a time.
 using TellHeat = std::function<void(std::size_t, std::size_t)>;
 [[nodiscard]] std::vector<HeatRun> measure_heat(Ensemble ensemble, const Engine& engine, const TellHeat& tell);
 
-// Whether no run that must hold is hot.
+// Returns true if no run that must hold is hot.
 [[nodiscard]] bool all_calm(const std::vector<HeatRun>& runs);
 
 }  // namespace dvdx::tool::stability

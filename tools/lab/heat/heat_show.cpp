@@ -16,7 +16,7 @@ std::string_view word_of(const std::array<Named<E>, N>& table, E value) {
   return std::find_if(table.begin(), table.end(), [&](const auto& entry) { return entry.value == value; })->name;
 }
 
-// The runs of one stepping and, where it is named, one group.
+// The runs of one stepping and, if it is not empty, of one group.
 std::vector<const HeatRun*> picked(const std::vector<HeatRun>& runs, std::string_view stepping, std::string_view group = {}) {
   std::vector<const HeatRun*> some;
   for (const HeatRun& run : runs) {
@@ -25,7 +25,7 @@ std::vector<const HeatRun*> picked(const std::vector<HeatRun>& runs, std::string
   return some;
 }
 
-// In the order in which they come.
+// In order of first appearance.
 std::vector<std::string_view> distinct(const std::vector<HeatRun>& runs, std::string_view (*name)(const HeatRun&)) {
   std::vector<std::string_view> names;
   for (const HeatRun& run : runs) {
@@ -36,7 +36,7 @@ std::vector<std::string_view> distinct(const std::vector<HeatRun>& runs, std::st
 std::string_view stepping_of(const HeatRun& run) { return run.stepping; }
 std::string_view group_of(const HeatRun& run) { return run.setting.group; }
 
-// One that is no number is worse than any.
+// NaN counts as hotter than any number.
 bool is_cooler(const HeatRun* a, const HeatRun* b) {
   return !std::isnan(a->share) && (std::isnan(b->share) || a->share < b->share);
 }
@@ -94,7 +94,7 @@ std::string to_text(const std::vector<HeatRun>& runs) {
 }
 
 nlohmann::ordered_json to_json(const std::vector<HeatRun>& runs) {
-  auto json = nlohmann::ordered_json::array();  // numbers that are not finite become null
+  auto json = nlohmann::ordered_json::array();  // values that are not finite become null
   for (const HeatRun& run : runs) {
     const Setting& setting = run.setting;
     json.push_back({{"stepping", run.stepping},

@@ -13,9 +13,9 @@ constexpr double mass = 1;  // kg
 // m
 double width_of(const Setting& setting) { return setting.drives_pins() ? 1 : 2; }
 
-// ---- what is drawn -----------------------------------------------------------------------------------------------------
+// ---- random draws ------------------------------------------------------------------------------------------------------
 
-// Choices for one run: each kind of choice has a number of its own, so that one more of them changes no other.
+// Random choices for one run. Each kind of choice has its own number, so that a new kind changes no other choice.
 class Draw {
  public:
   Draw(std::uint64_t group, std::uint64_t run) : group_(group), run_(run) {}
@@ -45,7 +45,7 @@ constexpr std::array every_hold{Hold::corners, Hold::edge, Hold::nothing};
 constexpr std::array uneven_times{FrameTimes::mild, FrameTimes::wide, FrameTimes::in_turn, FrameTimes::hitches};
 constexpr std::array every_obstacle{Obstacle::none, Obstacle::floor, Obstacle::sphere};
 
-// Stiffness and form go round; the rest is drawn.
+// Stiffness and form cycle through their values; all others are drawn.
 Setting drawn(std::string_view group, std::uint64_t number, std::uint64_t run) {
   const Draw draw(number, run);
   Setting setting{.group = group};
@@ -129,7 +129,7 @@ double drawn_between(double low, double high, std::uint64_t seed, std::uint64_t 
   return low + (high - low) * unit_value(seed, particle, axis);
 }
 
-// Uniform on the sphere.
+// Uniformly distributed on the sphere.
 Vec3 direction_of(std::uint64_t seed, std::uint64_t which) {
   const double z = drawn_between(-1, 1, direction_seed + seed, which, 0);
   const double angle = drawn_between(0, 2 * std::numbers::pi, direction_seed + seed, which, 1);
@@ -137,12 +137,12 @@ Vec3 direction_of(std::uint64_t seed, std::uint64_t which) {
   return {around * std::cos(angle), z, around * std::sin(angle)};
 }
 
-// m: from the first particle to the last of its column. A sheet lies or hangs.
+// m: the vector from the first particle to the last of its column. The sheet lies flat, or hangs if its pins are driven.
 Vec3 down(const Setting& setting) {
   return setting.drives_pins() ? Vec3{0, -width_of(setting), 0} : Vec3{0, 0, width_of(setting)};
 }
 
-// Vertices of a mesh lie up to a fifth of a cell beside the grid's.
+// The vertices of a mesh deviate from the grid's by up to a fifth of a cell.
 Vec3 place_of(const Setting& setting, std::size_t row, std::size_t column) {
   const auto cells = static_cast<double>(setting.side - 1);
   const std::size_t id = row * setting.side + column;
@@ -157,7 +157,7 @@ Vec3 place_of(const Setting& setting, std::size_t row, std::size_t column) {
   return place;
 }
 
-// Both sides of each cell and one of its diagonals, whichever is drawn.
+// Two sides of each cell and one of its diagonals, chosen at random.
 Springs triangles(const Setting& setting) {
   Springs springs{.pairs = {}, .stiffness = setting.stiffness, .rest_length = {}, .damping = setting.damping};
   const auto side = static_cast<std::uint32_t>(setting.side);
@@ -195,7 +195,7 @@ std::vector<std::size_t> held(const Setting& setting) {
   return row;
 }
 
-// Where pins are, from the first second on.
+// The motion of the pins, which starts after one second.
 Motion drive(Pins pins) {
   constexpr double frame = 1 / frames_a_second;
   Motion motion;
@@ -292,7 +292,8 @@ SceneFile scene_of(const Setting& setting, Coupling coupling) {
   }
   scene.add(Constant{.acceleration = {0, -9.81, 0}});
   if (setting.pull > 0) {
-    // the scene's place is pull sin(Omega t): what is at rest in it feels +pull Omega^2 sin(Omega t)
+    // The held particles move as pull sin(Omega t). Everything in their frame feels the acceleration +pull Omega^2 sin(Omega
+    // t).
     const double omega = 2 * std::numbers::pi / setting.pull_seconds;
     Vec3 swing = direction_of(setting.seed, 1);
     for (double& a : swing) a *= setting.pull * omega * omega;

@@ -1,4 +1,4 @@
-// Sheets that fall, are dragged and are thrown: what each run of an ensemble starts from.
+// Sheets that fall, are dragged and are thrown: the start of each run of an ensemble.
 #pragma once
 
 #include <array>
@@ -33,10 +33,10 @@ inline constexpr std::array<Named<FrameTimes>, 5> frame_times{{{"even", FrameTim
                                                                {"33, 17, 17 ms", FrameTimes::in_turn},
                                                                {"250 ms now and then", FrameTimes::hitches}}};
 
-// A sheet of 2 m x 2 m and 1 kg, level at the start, under 9.81 m/s^2, in a plan for 60 steps a second. Where pins are driven
-// it is of 1 m x 1 m and hangs.
+// A sheet of 2 m x 2 m and 1 kg, level at the start, under 9.81 m/s^2, in a plan for 60 steps a second. With driven pins it
+// measures 1 m x 1 m and hangs.
 struct Setting {
-  std::string_view group{};  // "kicked": what the runs of a group have in common
+  std::string_view group{};  // "kicked": the group's name
   Form form = Form::grid;
   std::size_t side = 32;   // particles
   double stiffness = 1e4;  // N/m, of every spring
@@ -45,13 +45,13 @@ struct Setting {
   Hold hold = Hold::corners;
   Obstacle obstacle = Obstacle::none;
   double restitution = 0;
-  double kick = 0;  // m/s, of all particles that are not held, at the start
-  double pull = 0;  // m: the held particles swing to and fro so far, once in pull_seconds
+  double kick = 0;  // m/s, initial velocity of all particles that are not held
+  double pull = 0;  // m: amplitude of the held particles, which oscillate with period pull_seconds
   double pull_seconds = 1;
   FrameTimes times = FrameTimes::even;
   Pins pins = Pins::rest;  // after 1 s; a jump takes a frame
   Precision precision = Precision::float32;
-  std::uint64_t seed = 0;  // of directions, of a mesh's shape, and of velocities of 1e-6 m/s
+  std::uint64_t seed = 0;  // seed of directions, of a mesh's shape, and of velocities of 1e-6 m/s
   std::uint64_t frames = 300;
 
   [[nodiscard]] bool drives_pins() const noexcept { return pins != Pins::rest; }
@@ -61,15 +61,15 @@ inline constexpr double frames_a_second = 60;
 
 enum class Ensemble {
   whole,
-  coarse,  // a few runs of each group, which take seconds together
+  coarse,  // a few runs of each group; all together take seconds
 };
 [[nodiscard]] std::vector<Setting> settings_of(Ensemble ensemble);
 
 // s
 [[nodiscard]] double frame_time(const Setting& setting, std::uint64_t frame);
 
-// The scene of a setting, with this coupling and the setting's sub-steps. Held particles that swing are at rest in the scene's
-// coordinates, which swing with them: there everything else feels the opposite acceleration, and nothing else changes.
+// Returns the scene of a setting with this coupling and the setting's sub-steps. Held particles that oscillate rest in the
+// scene's coordinates, which move with them. Everything else then feels the opposite acceleration, and nothing else changes.
 [[nodiscard]] SceneFile scene_of(const Setting& setting, Coupling coupling);
 
 }  // namespace dvdx::tool::stability

@@ -24,7 +24,7 @@ Matrix2d drift(double h) { return Matrix2d{{1, h}, {0, 1}}; }
 // The exact motion of x'' = -W x - g x'.
 Matrix2d motion(double W, double g, double h) { return (Matrix2d{{0, 1}, {-W, -g}} * h).exp(); }
 
-// The contribution of a force to the free drift, (dx, dv) by (x, v), from its own dv.
+// The contribution of a force to the free drift, (dx, dv) as rows over (x, v), derived from its dv.
 Matrix2d with_dx(const Eigen::RowVector2d& dv, double share_of_h) {
   Matrix2d contribution;
   contribution << share_of_h * dv, dv;
@@ -47,7 +47,7 @@ Matrix2d contribution(double W, double g, Method method, double h) {
   return exact;
 }
 
-// exp(-q) cut to 1 - q, and the velocity's way within the step to match.
+// The exponential exp(-q) is cut to 1 - q, with the matching displacement within the step.
 Matrix2d first_order_drag(double g, Method method, double h) {
   const bool is_pulse = method == Method::pulse || method == Method::symplectic_euler;
   return with_dx(Eigen::RowVector2d{0, -g * h}, is_pulse ? h : h / 2);
@@ -57,12 +57,12 @@ Matrix2d first_order_drag(double g, Method method, double h) {
 
 Index index(std::size_t i) { return static_cast<Index>(i); }
 
-// The springs as matrices: stretch = J x, and W the inverse masses.
+// The springs as matrices: stretch = J x; w holds the inverse masses.
 struct Springs1d {
   explicit Springs1d(const Line& line)
       : n(index(line.mass.size())), J(MatrixXd::Zero(index(line.pairs.size()), n)), w(n), k(J.rows()) {
     for (std::size_t s = 0; s < line.pairs.size(); ++s) {
-      // along the line a spring's force is k (x_b - x_a - l), whichever end is ahead
+      // the force of a spring along the line is k (x_b - x_a - l), whichever end is ahead
       J(index(s), line.pairs[s][0]) = -1;
       J(index(s), line.pairs[s][1]) = 1;
       k[index(s)] = line.stiffness[s];
@@ -76,7 +76,7 @@ struct Springs1d {
   VectorXd w, k, c;
 };
 
-// The last factor acts first. Each is worked out before the next: a type of its own for every product takes long to compile.
+// The last factor acts first. Each product is evaluated at once: an expression type for each product takes long to compile.
 MatrixXd product(std::initializer_list<MatrixXd> factors) {
   MatrixXd all = *factors.begin();
   for (const MatrixXd* factor = factors.begin() + 1; factor != factors.end(); ++factor) all = all * *factor;
@@ -100,7 +100,7 @@ MatrixXd pulse(const Springs1d& s, const VectorXd& k, const VectorXd& c, double 
   return step;
 }
 
-// v += h a0 + h^2/2 a1 + third a2: a0 of the springs, a1 and a2 of their damping, each by the one before.
+// v += h a0 + h^2/2 a1 + third a2: a0 by springs and damping; a1 = -C a0 and a2 = -C a1 by the damping.
 MatrixXd damped_pulse(const Springs1d& s, double h, double third) {
   const MatrixXd rates = pulse(s, s.k, s.c, 1) - MatrixXd::Identity(2 * s.n, 2 * s.n);
   const MatrixXd a0 = rates.bottomRows(s.n);
@@ -115,7 +115,8 @@ MatrixXd leapfrog(const Springs1d& s, double h) {
   return product({free_drift(s.n, h / 2), damped_pulse(s, h, 0), free_drift(s.n, h / 2)});
 }
 
-// Blanes and Moan (2002), order 4 with six pulses; of the damping's third power as much in each as makes their product right.
+// Blanes and Moan (2002), order 4 with six pulses. Each takes the share of the damping's third power that makes their product
+// right.
 MatrixXd fourth_order(const Springs1d& s, double h) {
   const std::vector<double> a{0.0792036964311957, 0.353172906049774, -0.0420650803577195};
   const std::vector<double> b{0.209515106613362, -0.143851773179818, 0.5 - (0.209515106613362 - 0.143851773179818)};
@@ -136,7 +137,7 @@ MatrixXd fourth_order(const Springs1d& s, double h) {
                   pulse_by(b[2]), drift_by(a[2]), pulse_by(b[1]), drift_by(a[1]), pulse_by(b[0]), drift_by(a[0])});
 }
 
-// Each pair as one oscillator of its own, u its closing speed and e its stretch; its ends take the shares w of what that does.
+// Each pair acts as its own oscillator, with closing speed u and stretch e. Its ends take shares of the result by their w.
 MatrixXd sum_of_pairs(const Springs1d& s, Method method, double h) {
   MatrixXd step = free_drift(s.n, h);
   for (Index pair = 0; pair < s.J.rows(); ++pair) {
@@ -152,7 +153,7 @@ MatrixXd sum_of_pairs(const Springs1d& s, Method method, double h) {
   return step;
 }
 
-// Leapfrog whose pulse of each pair is filtered: an undamped pair alone then swings at its own frequency.
+// Leapfrog with a filtered pulse for each pair. An undamped pair alone then oscillates at its own frequency.
 MatrixXd filtered(const Springs1d& s, double h) {
   VectorXd k = s.k;
   VectorXd c = s.c;
@@ -166,7 +167,7 @@ MatrixXd filtered(const Springs1d& s, double h) {
   return product({free_drift(s.n, h / 2), pulse(s, k, c, h), free_drift(s.n, h / 2)});
 }
 
-// The springs' order in a sweep: each takes the first colour that neither of its ends has yet, and colour follows colour.
+// The springs' order in a sweep: each takes the first colour that neither of its ends has. The sweep goes colour by colour.
 std::vector<Index> sweep_order(const Line& line) {
   std::vector<std::set<std::size_t>> taken(line.mass.size());
   std::vector<std::size_t> colour;
@@ -195,8 +196,8 @@ Springs1d swept(const Line& line, const Springs1d& in_list) {
   return s;
 }
 
-// The springs' shift S = W J^T lambda solves (J W J^T + 1/stiff) lambda = by_state / stiff, of which sweeps do a triangular
-// part: forwards D + L, and backwards after it (D + L)^T D^-1 (D + L).
+// The springs' shift S = W J^T lambda solves (J W J^T + 1/stiff) lambda = by_state / stiff. Sweeps solve a triangular part of
+// it: forwards D + L; forwards and backwards (D + L)^T D^-1 (D + L).
 MatrixXd shift_of_sweeps(const Springs1d& s, const VectorXd& stiff, const MatrixXd& by_state, SweepOrder sweeps) {
   const MatrixXd WJt = s.w.asDiagonal() * s.J.transpose();
   MatrixXd A = s.J * WJt;
@@ -209,7 +210,7 @@ MatrixXd shift_of_sweeps(const Springs1d& s, const VectorXd& stiff, const Matrix
   return WJt * lambda;
 }
 
-// With t = theta h the springs ask for  -(k t^2 J x + c t^2 J v), and are as stiff as k t^2 + c t.
+// With t = theta h, the springs demand -(k t^2 J x + c t^2 J v), with a stiffness of k t^2 + c t.
 MatrixXd theta_scheme(const Line& line, const Springs1d& springs, const Coupling& coupling, double h) {
   const Springs1d s = swept(line, springs);
   const double theta = coupling.theta.value_or(1);
@@ -223,7 +224,7 @@ MatrixXd theta_scheme(const Line& line, const Springs1d& springs, const Coupling
   return product({free_drift(s.n, (1 - theta) * h), kick, free_drift(s.n, t)});
 }
 
-// The matrix of (x, v, a), between half drifts. The springs' acceleration f is that of the point 1/(1 + rho) of the way:
+// The matrix of (x, v, a), between half drifts. The springs' acceleration f is taken at the fraction 1/(1 + rho) of the step:
 //   v' = v + h ((1 - gamma) a + gamma b),  x' = x + h v + h^2 ((1/2 - beta) a + beta b),  f = alpha b + (1 - alpha) a.
 MatrixXd generalized_alpha(const Line& line, const Springs1d& springs, double h) {
   const Springs1d s = swept(line, springs);
@@ -233,7 +234,7 @@ MatrixXd generalized_alpha(const Line& line, const Springs1d& springs, double h)
   const double alpha = (2 - rho) * part;
   const double gamma = part * (3 - rho) / 2;
   const double beta = part * part;
-  // x_f = x + part h v + x_a a + x_b f,  v_f = v + v_a a + v_b f, both of the start, with b in terms of f and a
+  // x_f = x + part h v + x_a a + x_b f and v_f = v + v_a a + v_b f, by the values at the start, with b expressed by f and a
   const double a_in_b = -(1 - alpha) / alpha;
   const double x_a = part * h * h * (0.5 - beta + beta * a_in_b);
   const double x_b = part * h * h * beta / alpha;
@@ -304,7 +305,7 @@ Matrix2d step_matrix(const Anchored& particle, Method method, double h) {
 MatrixXd step_matrix(const Line& line, const Coupling& coupling, double h) {
   const Index n = index(line.mass.size());
   const MatrixXd step = whole_step(line, coupling, h);
-  // in: particle 0 at 0; out: less what particle 0 did
+  // input: particle 0 at 0; output: relative to particle 0
   const Index parts = step.rows() / n;
   MatrixXd relative(parts * (n - 1), parts * (n - 1));
   for (Index row = 0; row < parts; ++row) {

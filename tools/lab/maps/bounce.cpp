@@ -4,21 +4,21 @@
 #include <cmath>
 
 // Equation   x'' = -a - W x - g v above the plane x = 0
-// Path       the flow, or with a straight sweep the chord of what remains of the step
-// Impact     at its first root f; there v_f is the flow's. Under a alone the path is a parabola and f a closed form;
-//            else the root is found by halving.
-// Pulse      dv = -(1 + e) v_f at f. By dx = Int Int a it acts on the rest r of the step as the flow carries it:
-//            dx = dv p1(r), and dv p0(r) is left of it; p1 = r, sin(omega r)/omega or (1 - exp(-g r))/g, p0 its derivative.
-//            Brown's own second pulse ends the step on the plane instead.
-// Rest       e = 0 where the bounces after an impact, 2 e v_f/(1 - e) long in units of the acceleration, end within the step
+// Path       the flow, or with a straight sweep the chord of the rest of the step
+// Impact     at the first root f of the path, with v_f from the flow. Under a alone the path is a parabola with a closed form
+//            for f; otherwise the root is found by bisection.
+// Pulse      dv = -(1 + e) v_f at f. By dx = Int Int a, the flow carries it over the rest r of the step: dx = dv p1(r), and dv
+//            p0(r) remains; p1 = r, sin(omega r)/omega or (1 - exp(-g r))/g, p0 its derivative. Brown's own second pulse ends
+//            the step on the plane instead.
+// Rest       e = 0 if the bounces after an impact, 2 e v_f/(1 - e) long in units of the acceleration, end within the step
 // Energy     under a alone, e = 1: E' - E = dv (v1 + dv/2) + a dx = 2 v_f (v_f - v1 - (1-f) t a) = 0, for v1 = v_f - (1-f) t a.
-//            Ended on the plane, the speed is |v_f| less (1-f) t a, and the height is lost: E'/E = (1 - (1-f) t a/|v_f|)^2.
+//            With the end on the plane the speed is |v_f| less (1-f) t a, the height is lost: E'/E = (1 - (1-f) t a/|v_f|)^2.
 
 namespace dvdx::tool::stability {
 namespace {
 
 constexpr int most_impacts = 32;
-constexpr int parts = 32;  // of a step
+constexpr int parts = 32;  // equal parts of a step
 
 // The first root of x(f) = x0 + f d + f^2 c, which ends below 0; x0 >= 0.
 double first_root(double x0, double d, double c) {
@@ -26,7 +26,7 @@ double first_root(double x0, double d, double c) {
   return d < 0 ? 2 * x0 / (root - d) : (d + root) / (-2 * c);
 }
 
-// The part of t at which the flow from above the plane, or from the plane away from it, comes down to it.
+// The fraction of t at which the flow reaches the plane from above, or returns to it after leaving it.
 double first_root(const Pulling& pulling, Motion start, double t) {
   double above = 0;
   double below = 1;
@@ -40,7 +40,7 @@ double first_root(const Pulling& pulling, Motion start, double t) {
 
 bool bends(const Pulling& pulling) { return pulling.W > 0 || pulling.drag > 0; }
 
-// The motion that the flow makes of a unit pulse.
+// The motion by the flow after a unit pulse.
 Motion pulse_after(const Pulling& pulling, double r) {
   return flowed({.gravity = 0, .W = pulling.W, .drag = pulling.drag}, {0, 1}, r);
 }
@@ -81,7 +81,7 @@ Motion bounced(const Pulling& pulling, Motion start, double h, const Impact& imp
     const double pressed = (1 - f) * (end.v - start.v);
     t *= 1 - f;
     start = {0, v_f};
-    if (v_f > 0) continue;  // the path arrives, but by its velocities it leaves
+    if (v_f > 0) continue;  // the path reaches the plane, but the velocity points away from it
     const bool is_over = impact.response == Response::resume && e > 0 && 2 * e * -v_f <= (e - 1) * pressed;
     const double dv = -(1 + (is_over ? 0 : e)) * v_f;
     const Motion pulse = pulse_after(pulling, t);

@@ -1,5 +1,5 @@
-// An impact by analysis: what a step with a bounce makes of a particle's energy, by Brown's pulse alone. One particle above
-// a plane at x = 0, under a force that draws it there; the flow between impacts is exact.
+// An impact by analysis: the energy after a step with a bounce, by Brown's pulse alone. One particle moves above a plane at x =
+// 0 under a force towards it; the flow between impacts is exact.
 #pragma once
 
 #include <vector>
@@ -12,16 +12,16 @@ struct Motion {
   double x = 0, v = 0;  // m, m/s
 };
 
-// The forces between impacts: a constant acceleration, a spring whose anchor is in the plane, a drag.
+// The forces between impacts: a constant acceleration, a spring with its anchor in the plane, a drag.
 struct Pulling {
   double gravity = 0;  // m/s^2, towards the plane
   double W = 0;        // 1/s^2
-  double drag = 0;     // 1/s; not with a spring
+  double drag = 0;     // 1/s; not together with a spring
 };
 
 [[nodiscard]] Motion flowed(const Pulling& pulling, Motion start, double t);
 
-// The energy of one kilogram: kinetic, of the spring and of gravity.
+// The energy of one kilogram: kinetic, the spring's and gravity's.
 [[nodiscard]] double energy_of(const Pulling& pulling, Motion at);
 
 struct Impact {
@@ -30,22 +30,22 @@ struct Impact {
   ContactPath sweep = ContactPath::curve;
 };
 
-// One step h from a start above the plane, by the flow and the pulses of however many impacts.
+// One step h from a start above the plane, by the flow and the pulses of all impacts.
 [[nodiscard]] Motion bounced(const Pulling& pulling, Motion start, double h, const Impact& impact);
 
-// A particle that meets the plane within a step.
+// A particle that hits the plane within a step.
 struct Bounce {
   Pulling pulling;
-  double speed = 1;  // m/s, with which the exact flow arrives at the plane
+  double speed = 1;  // m/s, speed of the exact flow at the plane
   Impact impact;
 };
 
-// Starts from which the exact flow meets the plane at the middles of equal parts of a step h. Each must lie above
-// the plane: h no longer than the flight that ends there. Starts that Brown's response leaves on the plane with a velocity
-// into it are not among them: rounding decides whether they are then inside, where that velocity is taken away.
+// Starts from which the exact flow meets the plane at the middles of equal parts of a step h. Each must lie above the plane: h
+// is at most the flight that ends there. Starts that Brown's response leaves on the plane with a velocity into it are left out:
+// rounding decides whether they end up inside, where that velocity is removed.
 [[nodiscard]] std::vector<Motion> starts_of(const Bounce& bounce, double h);
 
-// The energy after the step over that before it, the mean over starts_of.
+// The ratio of the energy after the step to that before it, averaged over starts_of.
 [[nodiscard]] double energy_growth(const Bounce& bounce, double h);
 
 }  // namespace dvdx::tool::stability

@@ -39,7 +39,7 @@ Agreement agreement_of(const GrowthMap& map) {
   }
   for (std::size_t cell = 0; cell < map.analysed.size(); ++cell) {
     const double difference = std::abs(map.measured[cell] - map.analysed[cell]) / std::max(1.0, map.analysed[cell]);
-    if (difference <= found.growth_difference) continue;  // what is not a number is the largest there is
+    if (difference <= found.growth_difference) continue;  // NaN passes, and counts as the largest
     found.growth_difference = std::isnan(difference) ? std::numeric_limits<double>::infinity() : difference;
     found.growth_x = map.x.values[cell % map.x.values.size()];
     found.growth_y = map.y.values[cell / map.x.values.size()];

@@ -1,5 +1,5 @@
-# The stability maps as a library that the command and the tests share. Eigen's matrix exponential is part of its unsupported
-# half, which Debian's package has too.
+# The stability maps as a library that the command and the tests share. Eigen's matrix exponential belongs to its unsupported
+# modules, which Debian's package contains.
 find_package(Eigen3 REQUIRED)
 get_target_property(DVDX_EIGEN_INCLUDE Eigen3::Eigen INTERFACE_INCLUDE_DIRECTORIES)
 file(GLOB DVDX_MAPS_FILES CONFIGURE_DEPENDS lab/maps/*.cpp)

@@ -15,7 +15,7 @@
 namespace dvdx::tool::stability {
 namespace {
 
-constexpr double h = 1;  // s; the maps' x is frequency times it
+constexpr double h = 1;  // s; x of the maps is frequency times h
 
 std::size_t cells(Detail detail, std::size_t whole) {
   return detail == Detail::whole ? whole : std::max<std::size_t>(whole / 9, 3);
@@ -52,7 +52,7 @@ Axis whole_numbers(const std::string& name, std::size_t first, std::size_t last)
   return spread(name, static_cast<double>(first), static_cast<double>(last), last - first + 1, Spacing::linear);
 }
 
-// All cells have as many springs, so that they are one batch; those beyond a cell's number have no stiffness.
+// All cells have the same number of springs, so that they form one batch; surplus springs have no stiffness.
 Anchored equal_springs(double z, double count) {
   Anchored particle{.W = std::vector<double>(most_springs, 0.0)};
   std::fill_n(particle.W.begin(), static_cast<std::size_t>(count), z * z / count);
@@ -70,7 +70,7 @@ Anchored spring_and_drag(double z, double ratio) {
 
 std::vector<AnchoredFamily> anchored_families(Detail detail) {
   const Axis x = frequency_axis(detail);
-  // critical damping itself, where two eigenvalues are one and rounding parts them, is between two cells
+  // critical damping lies between two cells: there two eigenvalues coincide, and rounding separates them
   const Axis damping = spread("damping ratio", 0.01, 9, cells(detail, 37), Spacing::logarithmic);
   return {{"springs", "equal springs on one particle", x, whole_numbers("springs", 1, most_springs), equal_springs},
           {"two-springs", "two springs on one particle", x, spread("k2/k1", 1e-3, 1, cells(detail, 25), Spacing::logarithmic),
@@ -99,7 +99,7 @@ std::vector<NamedCoupling> couplings() {
   std::vector<NamedCoupling> all{
       {"leapfrog", {.scheme = Scheme::leapfrog}},
       {"fourth_order", {.scheme = Scheme::fourth_order}},
-      // The default keeps an acceleration from step to step, which no run can be started with: analysis alone (tests).
+      // The default keeps an acceleration from step to step, with which no run can start. Tests cover it by analysis only.
       {"sequential 0.5", {.scheme = Scheme::sequential, .theta = 0.5}},
       {"sequential 0.55", {.scheme = Scheme::sequential, .theta = 0.55}},
       {"sequential 1 forward", {.scheme = Scheme::sequential, .theta = 1, .sweeps = SweepOrder::forward}}};
@@ -117,7 +117,7 @@ struct LineFamily {
   LineAt cell_at;
 };
 
-// Its highest frequency made z per step.
+// Scales the stiffness so that the highest frequency is z per step.
 Line tuned(Line line, double z) {
   const double scale = z / (h * highest_frequency(line));
   for (double& k : line.stiffness) k *= scale * scale;
@@ -138,7 +138,7 @@ Line chain_of(double z, double mass_ratio) {
 
 constexpr std::uint32_t ring_size = 8;
 
-// As many equal springs on every particle: to the nearest ones, and to the opposite one where the number is odd.
+// Every particle has the same number of equal springs: to its nearest neighbours, and to the opposite one if the number is odd.
 Line ring_of(double z, double springs) {
   const auto count = static_cast<std::uint32_t>(springs);
   if (count == 1) return pair_of(z, 1);
@@ -160,7 +160,7 @@ Line damped_pair(double z, double ratio) {
   return line;
 }
 
-// The fourth order's first unstable step is a window of a hundredth, from 3.133 to 3.160, which cells would miss.
+// The first instability of the fourth order is a window of one per cent, from 3.133 to 3.160, which cells would miss.
 constexpr double fourth_order_window = 3.146;
 
 std::vector<LineFamily> line_families(Detail detail) {
@@ -193,14 +193,14 @@ struct BounceFamily {
   std::function<Bounce(double x, double restitution)> cell_at;
 };
 
-// The flight before the impact was x steps long. (With 1 m/s^2 and steps of 1 s.)
+// The flight before the impact lasts 1/x steps, under 1 m/s^2 and with steps of 1 s.
 Bounce under_gravity(double x, double restitution) {
   return {.pulling = {.gravity = 1}, .speed = 1 / (2 * x), .impact = {.restitution = restitution}};
 }
 Bounce on_spring(double z, double restitution) {
   return {.pulling = {.W = z * z}, .speed = 1, .impact = {.restitution = restitution}};
 }
-// At half the terminal speed.
+// Arrives at half the terminal speed.
 Bounce through_air(double q, double restitution) {
   return {.pulling = {.gravity = 1, .drag = q}, .speed = 0.5 / q, .impact = {.restitution = restitution}};
 }

@@ -17,7 +17,7 @@ enum class Detail {
   coarse,  // a ninth of the cells along each axis
 };
 
-// tell(done, of how many maps, which comes next) is called before each map.
+// tell(maps done, total, next map) is called before each map.
 using TellMap = std::function<void(std::size_t, std::size_t, const std::string&)>;
 [[nodiscard]] std::vector<GrowthMap> make_maps(Detail detail, Arithmetic arithmetic, const TellMap& tell);
 

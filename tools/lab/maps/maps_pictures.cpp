@@ -1,5 +1,5 @@
-// One picture a family of maps, drawn by gnuplot: a heat map of the measured growth a method, with two contours of the growth
-// one: the measured one along the cells' edges, the analysed one through its bisected points.
+// One picture for each family of maps, drawn by gnuplot: for each method a heat map of the measured growth with two contours of
+// growth one. The measured contour follows the cells' edges, the analysed one goes through its bisected points.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -13,7 +13,8 @@
 namespace dvdx::tool::stability {
 namespace {
 
-// Growth less one, on a scale of decades to both sides of `one_within`: 9 is twice the amplitude a step, 6 a thousandth more.
+// Growth less one on a logarithmic scale to both sides of `one_within`: 9 means twice the amplitude a step, 6 a thousandth
+// more.
 double shade_of(double growth) {
   const double from_one = growth - 1;
   const double decades = std::log10(std::max(std::abs(from_one) / one_within, 1.0));
@@ -24,7 +25,7 @@ constexpr std::string_view palette =
     "set palette defined (-9 '#053061', -6 '#2166ac', -3 '#92c5de', 0 '#ffffff', 3 '#fdb863', 6 '#e08214', 9 '#7f3b08')\n"
     "set cbrange [-9:9]\n";
 
-// Where on a scale of cells, counted from 0, a value lies.
+// The position of a value on the scale of cells, counted from 0.
 double cell_of(const Axis& axis, double value) {
   const auto& values = axis.values;
   const auto next = std::upper_bound(values.begin() + 1, values.end() - 1, value);
@@ -36,7 +37,7 @@ double cell_of(const Axis& axis, double value) {
 
 std::string tic(const Axis& axis, double value) { return fmt::format("'{:g}' {:.3f}", value, cell_of(axis, value)); }
 
-// Powers of ten and the axis' ends, or a handful of its values.
+// Ticks at powers of ten and the axis' ends, or at a handful of its values.
 std::string tics_of(const Axis& axis) {
   const auto& values = axis.values;
   std::string tics;
@@ -70,7 +71,7 @@ std::string shades(const GrowthMap& map) {
   return data;
 }
 
-// The edges between cells that grow and cells that do not.
+// The edges between stable and unstable cells.
 std::string edges(const GrowthMap& map) {
   const std::size_t columns = map.x.values.size();
   const std::size_t rows = map.y.values.size();
@@ -122,7 +123,7 @@ std::string panel(const GrowthMap& map, std::size_t number) {
                     static_cast<double>(map.y.values.size()) - 0.5, tics_of(map.x), tics_of(map.y), plot);
 }
 
-// The colours, in a panel's place.
+// The colour scale, in the place of a panel.
 std::string legend_at(double x, double y, double width) {
   std::string row;
   for (int quarters = -36; quarters <= 36; ++quarters) row += fmt::format("{} ", quarters / 4.0);
@@ -158,7 +159,7 @@ std::string script_of(std::span<const GrowthMap> family) {
   return text + legend_at(width * static_cast<double>(last % columns), 0.3 * height, width) + "unset multiplot\n";
 }
 
-// Cells stay cells where a viewer enlarges the picture.
+// Keeps cells sharp when a viewer enlarges the picture.
 std::string with_sharp_images(std::string svg) {
   const std::string image = "<image ";
   for (std::size_t at = svg.find(image); at != std::string::npos; at = svg.find(image, at + image.size())) {

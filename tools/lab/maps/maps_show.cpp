@@ -10,7 +10,7 @@
 namespace dvdx::tool::stability {
 namespace {
 
-using Json = nlohmann::ordered_json;  // numbers that are not finite become null
+using Json = nlohmann::ordered_json;  // values that are not finite become null
 
 std::string limits_text(const GrowthMap& map) {
   double least = std::numeric_limits<double>::infinity();

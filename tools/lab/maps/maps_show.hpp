@@ -1,4 +1,4 @@
-// The stability maps for a terminal, for machines and as pictures.
+// The stability maps as text, as JSON and as pictures.
 #pragma once
 
 #include <nlohmann/json_fwd.hpp>
@@ -9,7 +9,7 @@
 
 namespace dvdx::tool::stability {
 
-// A line a map: where it grows, and how far analysis and measurement lie apart.
+// One line for each map: where it grows, and the largest difference between analysis and measurement.
 [[nodiscard]] std::string to_text(const std::vector<GrowthMap>& maps);
 [[nodiscard]] nlohmann::ordered_json to_json(const std::vector<GrowthMap>& maps);
 
@@ -18,8 +18,8 @@ struct MapPicture {
   std::string svg;
 };
 struct MapPictures {
-  std::vector<MapPicture> all;  // one a family: a heat map of the measured growth a method
-  std::string warning;          // why there are none
+  std::vector<MapPicture> all;  // one for each family: a heat map of the measured growth for each method
+  std::string warning;          // the reason if there are none
 };
 [[nodiscard]] MapPictures draw_maps(const std::vector<GrowthMap>& maps);
 

@@ -26,23 +26,23 @@ void step(const Plan<double>& plan, State<double>& state, std::size_t steps) {
   if (plan.step(state, steps) != StepResult::done) throw std::runtime_error("the plan is for another state");
 }
 
-// The matrix that a system's starts have become, and after how many steps.
+// The image of a system's starts, as a matrix, after a number of steps.
 struct Look {
   Eigen::MatrixXd matrix;
   std::size_t steps = 0;
 };
 
-// The range of a matrix' largest element. One that has decayed below it is too near to rounding, but for a first step, which is
-// all there is.
+// The valid range of a matrix's largest element. A smaller matrix is too close to rounding. A first step is accepted in any
+// case, as there is no other.
 struct Range {
   double least, most;
   [[nodiscard]] bool holds(const Look& look) const {
     const double size = look.matrix.cwiseAbs().maxCoeff();
-    return (size >= least || look.steps == 1) && size <= most;  // what is not a number is in no range
+    return (size >= least || look.steps == 1) && size <= most;  // NaN is in no range
   }
 };
 
-// matrix_at(system) reads the state; the last look in range counts.
+// matrix_at(system) reads the state. The last matrix in range counts.
 template <class MatrixAt>
 std::vector<double> growth_of_runs(const Plan<double>& plan, State<double>& state, std::size_t systems, Range range,
                                    const MatrixAt& matrix_at) {
@@ -67,7 +67,7 @@ std::vector<double> growth_of_runs(const Plan<double>& plan, State<double>& stat
   return growth;
 }
 
-// A damped spring's damping is one for all particles, so its rate is the particle's mass that makes it.
+// A damped spring has one damping for all particles, so the particle's mass sets its rate.
 double mass_of(const Anchored& particle) { return particle.spring_damping > 0 ? 1 / particle.spring_damping : 1; }
 
 Scene scene_of(std::span<const Anchored> particles, Method method) {
@@ -94,20 +94,20 @@ Scene scene_of(std::span<const Anchored> particles, Method method) {
 
 constexpr double apart = 1;         // m, between neighbours at rest
 constexpr double amplitude = 1e-4;  // m and m/s, of a start
-// Springs stay on their side of zero length, and the state well above the rounding of positions.
+// The range keeps every spring on its side of zero length, and the state well above the rounding of positions.
 constexpr Range line_range{.least = 0.3, .most = 0.2 / amplitude};
 
-// As many copies of a line as its relative state has dimensions, each started along one of them.
+// Copies of a line, one for each dimension of its relative state, each started along one of them.
 struct Copies {
-  std::size_t first = 0;      // particle of the batch
-  std::size_t particles = 0;  // of a copy
+  std::size_t first = 0;      // index of the first particle in the batch
+  std::size_t particles = 0;  // in a copy
   [[nodiscard]] std::size_t count() const { return 2 * (particles - 1); }
   [[nodiscard]] std::size_t particle(std::size_t copy, std::size_t i) const { return first + copy * particles + i; }
 };
 
 double rest_position(std::size_t i) { return apart * static_cast<double>(i); }
 
-// One network a damping.
+// One network for each damping.
 struct Joined {
   Springs springs;
   std::vector<double> stiffness, rest_length;
@@ -173,7 +173,7 @@ Eigen::MatrixXd relative_state(const State<double>& state, const Copies& copies)
 
 // ---- bounces -----------------------------------------------------------------------------------------------------------
 
-// One particle a start, as many of each bounce as `counts` says.
+// One particle for each start; `counts` gives the number of starts of each bounce.
 Scene scene_of(std::span<const Bounce> bounces, const std::vector<std::size_t>& counts) {
   Scene scene;
   const Bounce& first = bounces.front();
@@ -193,7 +193,7 @@ Scene scene_of(std::span<const Bounce> bounces, const std::vector<std::size_t>& 
   return scene;
 }
 
-// The growth of bounces with one restitution, which belongs to the plane.
+// The growth of bounces with the same restitution, which belongs to the plane.
 std::vector<double> growth_of_bounces(std::span<const Bounce> bounces, Arithmetic arithmetic) {
   std::vector<Motion> starts;
   std::vector<std::size_t> counts;
@@ -227,7 +227,7 @@ std::vector<double> growth_of_bounces(std::span<const Bounce> bounces, Arithmeti
 std::vector<double> measured_growth(std::span<const Anchored> particles, Method method, Arithmetic arithmetic) {
   Soa<double> memory(particles.size());
   State<double> state = memory.view();
-  // Axes do not know of each other: x starts with a displacement, y with a velocity.
+  // Axes are independent: x starts with a displacement, y with a velocity.
   for (std::size_t i = 0; i < particles.size(); ++i) {
     state.x[0][i] = 1;
     state.v[1][i] = 1;

@@ -1,6 +1,6 @@
-// The work of the report's baselines: fourth-order Runge-Kutta and leapfrog as anyone would write them, plain loops over plain
-// arrays that the compiler vectorises as it can. The forces are summed up beforehand, a = b + f(t) - w x - g v for each axis,
-// which is kinder than a loop that visits force after force.
+// The work of the report's baselines: fourth-order Runge-Kutta and leapfrog as a textbook writes them, plain loops over plain
+// arrays that the compiler may vectorise. The forces are summed beforehand, a = b + f(t) - w x - g v for each axis. That
+// favours the baselines over a loop that visits one force after the other.
 #pragma once
 
 #include <array>
@@ -18,7 +18,7 @@ struct PlainAxis {
   const T* w;  // 1/s^2
   const T* g;  // 1/s
   const T* b;  // m/s^2
-  bool alike;  // one w, g, b for all, else one each
+  bool alike;  // true: one w, g, b for all particles; false: one for each
 };
 
 // f at the start, the middle and the end of the step, m/s^2.
@@ -30,15 +30,15 @@ struct PlainForcing {
 template <class T>
 using PlainStep = void (*)(const PlainAxis<T>& axis, T h, const PlainForcing<T>& f);
 
-// A surface as a text book has it: what is inside at the end of a step is put onto the surface and its velocity reflected, with
-// restitution and Coulomb's friction of the impact.
+// A surface as in a textbook: a particle that is inside at the end of a step is moved onto the surface. Its velocity is
+// reflected with restitution and with Coulomb's friction of the impact.
 template <class T>
 struct PlainSurface {
   bool is_plane;
   std::array<T, 3> n;  // plane: unit normal; sphere: center, m
   T d;                 // plane: offset; sphere: radius, m
   T side;              // sphere: 1 outside, -1 inside
-  T e, tau, mu;        // what is left of the normal and of the tangential velocity; friction
+  T e, tau, mu;        // remaining part of the normal and of the tangential velocity; friction
 };
 
 template <class T>
@@ -57,10 +57,10 @@ struct PlainLoops {
   PlainStep<double> leapfrog_float64;
   PlainContact<float> contact_float32;
   PlainContact<double> contact_float64;
-  const char* isa;  // whose instructions the compiler may use
+  const char* isa;  // the instruction set that the compiler may use
 };
 
-// The loops compiled for `isa`, or for the nearest below it.
+// Returns the loops compiled for `isa`, or for the nearest instruction set below it.
 [[nodiscard]] const PlainLoops& plain_loops(Isa isa);
 
 }  // namespace dvdx::tool::report

@@ -1,5 +1,5 @@
-// The loops' bodies, compiled once for every instruction set. `Tag` is a type of the including file alone, so that no two
-// files share an instance. Nothing of the standard library may be used here.
+// The bodies of the loops, compiled once for each instruction set. `Tag` is a type local to the including file, so that no two
+// files share an instantiation. The standard library must not be used here.
 #pragma once
 
 #include "plain/plain_loops.hpp"
@@ -50,8 +50,8 @@ void plain_rk4(const PlainAxis<T>& axis, const Values values, T h, const PlainFo
   }
 }
 
-// Drift, kick, drift (velocity Verlet seen from the middle). The drag of the kick is taken at its mean velocity, which keeps
-// the second order.
+// Drift, kick, drift (velocity Verlet, shifted by half a step). The kick takes the drag at its mean velocity, which keeps
+// second order.
 template <class Tag, class T, class Values>
 void plain_leapfrog(const PlainAxis<T>& axis, const Values values, T h, const PlainForcing<T>& f) {
   T* __restrict x = axis.x;

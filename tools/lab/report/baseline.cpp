@@ -11,7 +11,7 @@
 namespace dvdx::tool::report {
 namespace {
 
-// a = b - w x - g v of one particle and axis; what depends on time alone is apart.
+// a = b - w x - g v of one particle and axis. Terms that depend on time alone are kept separately.
 struct Sums {
   double w = 0, g = 0, b = 0;
 };
@@ -138,7 +138,7 @@ class PlainRun {
     place_at_start(file_, state_);
   }
 
-  // Where restart() goes back to: the present.
+  // Stores the present state, to which restart() returns.
   void keep() {
     kept_.emplace(file_.particles.count);
     auto kept = kept_->view();
@@ -146,7 +146,7 @@ class PlainRun {
     kept_steps_ = done_;
   }
 
-  // Goes on from another run's state.
+  // Continues from another run's state.
   void take(const State<T>& state, std::uint64_t steps) {
     copy_state(state, state_);
     done_ = steps;
@@ -245,8 +245,8 @@ Timing time_baseline(const SceneFile& file, Baseline baseline, const Grid& grid,
                      Effort effort) {
   PlainRun<T> run(file, baseline, grid.step(halving), setup);
   const auto all = grid.steps(halving);
-  // Nothing may touch at first: where there are contacts, steps are timed from the middle of the run, as coarsely got to as may
-  // be.
+  // A scene with contacts may touch nothing at first. Its steps are timed from the middle of the run, reached by the coarsest
+  // steps.
   if (!file.scene.contacts.empty()) {
     PlainRun<T> there(file, baseline, grid.coarsest, setup);
     there.advance(grid.coarse_steps / 2);
@@ -257,7 +257,7 @@ Timing time_baseline(const SceneFile& file, Baseline baseline, const Grid& grid,
   const auto before = std::chrono::steady_clock::now();
   run.advance(trial);
   const double spent = std::chrono::duration<double>(std::chrono::steady_clock::now() - before).count();
-  // A part of the run tells for all: every step of an affine scene costs the same.
+  // A part of the run is representative: every step of an affine scene costs the same.
   const double budget = effort == Effort::full ? 0.15 : 0.03;  // s
   const double affordable = std::max(2.0, budget / spent * static_cast<double>(trial));
   const auto steps = static_cast<std::uint64_t>(std::min(static_cast<double>(all), affordable));

@@ -1,4 +1,4 @@
-// The integrators that the library is measured against: from textbooks, in plain loops, one thread, the same physics.
+// The integrators that the library is compared with: textbook methods in plain loops, one thread, the same physics.
 #pragma once
 
 #include "report/measure.hpp"
@@ -9,11 +9,11 @@ enum class Baseline { rk4, leapfrog };
 inline constexpr std::array<Named<Baseline>, 2> baselines{
     {{"baseline_rk4", Baseline::rk4}, {"baseline_leapfrog", Baseline::leapfrog}}};
 
-// Scenes of affine forces, with contacts or without, in which nothing is joined or fixed. A contact puts what is inside at the
-// end of a step onto the surface and reflects its velocity.
+// Returns true for scenes of affine forces, with or without contacts, in which nothing is joined or fixed. A contact moves a
+// particle that is inside at the end of a step onto the surface, and reflects its velocity.
 [[nodiscard]] bool has_baselines(const SceneFile& file);
 
-// The instructions that the loops are compiled for, beside a plan on `isa`.
+// The instruction set that the loops are compiled for, beside a plan on `isa`.
 [[nodiscard]] std::string baseline_isa(Isa isa);
 
 template <class T>

@@ -16,7 +16,7 @@ double shape_distance(const std::vector<double>& a, const std::vector<double>& b
   return std::sqrt(3 * sum / static_cast<double>(a.size()));
 }
 
-// The mean of all but one, or of all where `but` is none of them.
+// The mean of all without number `but`, or of all if `but` is out of range.
 std::vector<double> mean_shape(const std::vector<Statistics>& all, std::size_t but) {
   std::vector<double> mean(all.front().shape.size(), 0.0);
   const auto count = static_cast<double>(all.size() - (but < all.size() ? 1 : 0));
@@ -37,10 +37,10 @@ Statistic described(std::string name, std::string unit, const std::vector<double
   return statistic;
 }
 
-// By Student's distribution: of runs that are of the same kind as `starts` others, one in a hundred lies farther off.
+// Limit by Student's distribution: one in a hundred runs of the same kind as the `starts` others lies beyond it.
 double most_off(int starts) { return starts == 3 ? 9.92 : 4.60; }
 
-// The farthest that two runs come apart, root mean square over particles, at any time; m.
+// The largest distance between two runs at any time, root mean square over particles; m.
 double farthest_apart(const Trace& a, const Trace& b, std::size_t particles) {
   double farthest = 0;
   const std::size_t numbers = 3 * particles;
@@ -131,7 +131,7 @@ std::vector<BeyondValue> beside(const Scatter& scatter, const Statistics& run) {
     const auto& statistic = facts.statistics[n];
     const double scale = statistic.spread * std::sqrt(1 + 1.0 / facts.starts);
     const double off = (values[n] - statistic.mean) / scale;
-    const bool is_distance = statistic.name == "mean shape";  // which cannot be too small
+    const bool is_distance = statistic.name == "mean shape";  // it cannot be too small
     found.push_back({.value = values[n], .off = off, .agrees = (is_distance ? off : std::abs(off)) <= facts.most_off});
   }
   return found;

@@ -19,7 +19,7 @@
 namespace dvdx::tool::report {
 namespace {
 
-// References and plain loops count from the world's origin.
+// References and plain loops count positions from the world's origin.
 SceneFile seen_by_all(SceneFile file) {
   file.scene.origin = {};
   return file;
@@ -55,7 +55,7 @@ class SceneMeasurement {
     }
   }
 
-  // As `dvdx run` runs it in this precision, and counted from where it counts.
+  // The setup of `dvdx run` in this precision. counted() chooses the same origin.
   [[nodiscard]] Setup setup_in(Precision precision) const {
     Setup setup = setup_;
     setup.engine.precision = precision;

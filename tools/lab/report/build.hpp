@@ -1,4 +1,4 @@
-// Measures what a report shows of a scene.
+// Measures the contents of a report for a scene.
 #pragma once
 
 #include <functional>
@@ -8,7 +8,7 @@
 
 namespace dvdx::tool::report {
 
-// Whether runs that take long go on beyond the horizon.
+// Whether long runs continue beyond the horizon.
 enum class LongRuns { until_horizon, whole };
 
 struct MeasureOptions {
@@ -17,7 +17,7 @@ struct MeasureOptions {
   LongRuns long_runs = LongRuns::until_horizon;
 };
 
-// Called with a part of the whole, 0 to 1, and what is being measured.
+// Called with the completed part, 0 to 1, and the current measurement.
 using ProgressCallback = std::function<void(double part, const std::string& what)>;
 
 [[nodiscard]] SceneReport measure_scene(const SceneFile& file, const MeasureOptions& options, const Setup& setup,

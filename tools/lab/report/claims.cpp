@@ -11,15 +11,15 @@
 namespace dvdx::tool::report {
 namespace {
 
-// Two springs of given share of the whole stiffness, one start, half a period in `steps` steps.
+// Two springs with a given share of the total stiffness, one start, half a period in `steps` steps.
 struct Variant {
   double first_share = 0.5;  // k1/(k1 + k2)
   double x0 = 1;             // m
-  double v0 = 0;             // over Omega, m
+  double v0 = 0;             // m, the velocity divided by Omega
   std::uint64_t steps = 1000;
 };
 
-// The largest position error over half the period, against cos and sin.
+// The largest position error over half the period, relative to cos and sin.
 double error_of(const Variant& variant, double omega, Method method, const Setup& setup) {
   SceneFile file;
   file.path = "claims";
@@ -49,7 +49,7 @@ class Claims {
  public:
   Claims(double omega, const Setup& setup) : omega_(omega), setup_(setup) {}
 
-  // `expected` is what the analysis gives; Brown's claim holds from `at_least` on.
+  // `expected` is the analysis' result. Brown's claim holds if the measured ratio is at least `at_least`.
   void add_ratio(const char* claim, const char* where, Variant variant, Method over, Method under, double expected,
                  double at_least) {
     const double measured = error_of(variant, omega_, over, setup_) / error_of(variant, omega_, under, setup_);

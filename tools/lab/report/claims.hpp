@@ -1,4 +1,4 @@
-// Brown's claims about two springs (docs/math.md), measured where they hold and where they do not.
+// Brown's claims about two springs (docs/math.md), measured both where they hold and where they fail.
 #pragma once
 
 #include "report/results.hpp"
@@ -6,7 +6,7 @@
 
 namespace dvdx::tool::report {
 
-// Empty but for one particle let go at rest on two equal undamped springs.
+// Empty unless the scene is one particle released at rest on two equal undamped springs.
 [[nodiscard]] std::vector<Claim> measure_claims(const SceneFile& file, const std::vector<LongRun>& long_runs,
                                                 const Setup& setup);
 

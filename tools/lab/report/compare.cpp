@@ -58,7 +58,7 @@ Errors Comparison::errors() const {
   const double from_all = std::sqrt(all_squares_ / static_cast<double>(all_compared_));
   errors.diverged =
       errors.diverged || !(from_all <= diverged_beyond * reference_.whole_amplitude) || !std::isfinite(errors.velocity_rms);
-  if (reference_.whole_amplitude == 0) errors.diverged = bad_particles_ > 0;  // nothing moves: no scale to be off by
+  if (reference_.whole_amplitude == 0) errors.diverged = bad_particles_ > 0;  // nothing moves: there is no scale for divergence
   return errors;
 }
 

@@ -1,5 +1,5 @@
-// Errors of a run against the reference, gathered from sample time to sample time: positions and velocities until the
-// reference's horizon, energy beyond it too where nothing gives or takes any. Whether it has diverged is looked at all along.
+// The errors of a run relative to the reference, accumulated over the sample times. Positions and velocities count until the
+// reference's horizon. The energy counts beyond it too if nothing gives or takes any. Divergence is checked at all times.
 #pragma once
 
 #include <cstdint>
@@ -9,17 +9,17 @@
 
 namespace dvdx::tool::report {
 
-// A run further off than this many amplitudes is said to have diverged even while its numbers are finite.
+// A run whose error exceeds this many amplitudes counts as diverged, even if its numbers are finite.
 inline constexpr double diverged_beyond = 100;
 
 class Comparison {
  public:
   Comparison(const Reference& reference, const SceneFile& sample) : reference_(reference), sample_(sample) {}
 
-  // `state` is the run's at sample time `time`, the start (time 0) included.
+  // `state` is the run's state at sample time `time`, including the start (time 0).
   template <class T>
   void take(const State<T>& state, std::size_t time);
-  // The same where the energy (J) is of more particles than the state has.
+  // The same, for an energy (J) of more particles than the state has.
   template <class T>
   void take(const State<T>& state, std::size_t time, double energy);
 
@@ -33,7 +33,7 @@ class Comparison {
   double velocity_squares_ = 0;
   double largest_square_ = 0;
   std::size_t compared_ = 0;
-  double all_squares_ = 0;  // beyond the horizon as well
+  double all_squares_ = 0;  // including times beyond the horizon
   std::size_t all_compared_ = 0;
   std::vector<double> energy_;
   double drift_ = 0;

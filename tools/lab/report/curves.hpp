@@ -1,4 +1,4 @@
-// The schemes that a report steps networks by, and how often a step.
+// The schemes and the numbers of sub-steps with which a report steps networks.
 #pragma once
 
 #include <optional>
@@ -13,22 +13,22 @@ namespace dvdx::tool::report {
 
 struct Curve {
   std::string name;
-  Coupling coupling{};                     // sub-steps apart
-  std::optional<Arithmetic> arithmetic{};  // none: the one that is asked for
+  Coupling coupling{};                     // without its sub-steps
+  std::optional<Arithmetic> arithmetic{};  // none: the requested one
 };
 
 [[nodiscard]] std::vector<Curve> curves_of(const SceneFile& file);
 
-// The scene's own scheme in the arithmetics that are not asked for: "leapfrog, fast".
+// The scene's own scheme in the arithmetics that were not requested: "leapfrog, fast".
 [[nodiscard]] std::vector<Curve> races_of(const SceneFile& file, Arithmetic asked);
 
-// Rising. For a scheme with a limit: from the fewest that are stable at the start, those of "auto" among them.
+// Ascending. For a scheme with a stability limit: from the fewest that are stable at the start, including those of "auto".
 [[nodiscard]] std::vector<int> substeps_of(const Curve& curve, const NetworkLimit& limit, Effort effort);
 
-// The sub-steps of a scene that says nothing, "auto"; for sequential, which takes any number, one that is usual.
+// The sub-steps that "auto" chooses for a scene without a number. For sequential, which takes any number, a usual one.
 [[nodiscard]] int usual_substeps(const Coupling& coupling, const NetworkLimit& limit) noexcept;
 
-// The cost of one sub-step over one of leapfrog, roughly.
+// The approximate cost of one sub-step relative to one of leapfrog.
 [[nodiscard]] double pulses_of(const Coupling& coupling) noexcept;
 
 [[nodiscard]] Coupled described(const SceneFile& file, const Curve& curve);

@@ -9,11 +9,11 @@
 namespace dvdx::tool::report {
 namespace {
 
-// Powers of two around the scene's own step: its steps must stay whole, and a run of a handful of steps tells little.
+// Powers of two around the scene's own step. The number of steps must stay whole, and very few steps tell little.
 struct Range {
-  int doublings;          // upwards at most
-  int halvings;           // downwards at most
-  double particle_steps;  // that one run may take
+  int doublings;          // upper limit of doublings
+  int halvings;           // upper limit of halvings
+  double particle_steps;  // the limit of one run
 };
 
 Range range_for(Effort effort) { return effort == Effort::full ? Range{4, 6, 8e7} : Range{2, 2, 1e7}; }

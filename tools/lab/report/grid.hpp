@@ -1,4 +1,4 @@
-// Which steps a scene is run with, and when its runs are compared.
+// The steps with which a scene is run, and the times at which its runs are compared.
 #pragma once
 
 #include <cstdint>
@@ -10,9 +10,9 @@
 namespace dvdx::tool::report {
 
 struct Grid {
-  double coarsest = 0;                // s: the largest step; every other one is this halved again and again
-  std::uint64_t coarse_steps = 0;     // the run in coarsest steps
-  int halvings = 0;                   // to the smallest step
+  double coarsest = 0;                // s: the largest step; the others are powers of two below it
+  std::uint64_t coarse_steps = 0;     // the number of coarsest steps in the run
+  int halvings = 0;                   // from the coarsest step to the smallest
   std::vector<std::uint64_t> counts;  // sample times in coarsest steps, from 0 to the end
 
   [[nodiscard]] double step(int halving) const;
@@ -20,10 +20,10 @@ struct Grid {
   [[nodiscard]] std::uint64_t steps(int halving) const { return coarse_steps << static_cast<unsigned>(halving); }
 };
 
-// How many of its own steps a scene takes. Throws Fault (bad_scene) where that is not a whole number or none.
+// Returns the number of the scene's own steps. Throws Fault (bad_scene) if that is not a whole number, or zero.
 [[nodiscard]] std::uint64_t steps_of(const SceneFile& file);
 
-// The scene's own step is always among them.
+// The grid always contains the scene's own step.
 [[nodiscard]] Grid grid_of(const SceneFile& file, std::size_t error_particles, Effort effort);
 
 }  // namespace dvdx::tool::report

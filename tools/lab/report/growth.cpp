@@ -30,7 +30,7 @@ double extent_of(const State<double>& state) {
 }  // namespace
 
 Growth growth_of(const SceneFile& file, std::uint64_t steps, const Setup& setup) {
-  constexpr double part = 1e-9;  // of the extent: far above rounding, far below what saturates
+  constexpr double part = 1e-9;  // share of the extent: far above rounding, far below saturation
   constexpr std::uint64_t most_looks = 500;
   constexpr double beyond_doubt = 10 * most_growth;
   Growth growth{.horizon = steps};

@@ -7,7 +7,7 @@
 namespace dvdx::tool::report {
 namespace {
 
-using Json = nlohmann::ordered_json;  // numbers that are not finite become null
+using Json = nlohmann::ordered_json;  // values that are not finite become null
 
 Json optional_number(const std::optional<double>& number) { return number ? Json(*number) : Json(nullptr); }
 

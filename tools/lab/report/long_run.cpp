@@ -12,8 +12,8 @@ namespace {
 
 constexpr double z = 0.1;  // Omega h: 63 steps a period
 constexpr std::uint64_t all_steps = 100000;
-constexpr std::uint64_t leap = 1000;   // steps from one point of the curve to the next; divides the whole
-constexpr std::uint64_t window = 314;  // steps: five periods, over which the energy's own swing averages out
+constexpr std::uint64_t leap = 1000;   // steps between two points of the curve; divides the whole
+constexpr std::uint64_t window = 314;  // steps: five periods, which average out the energy's own oscillation
 
 Vec3 first_anchor(const Anchor& anchor, const SceneFile& file) {
   if (const auto* all = std::get_if<Vec3>(&anchor)) return *all;
@@ -21,7 +21,7 @@ Vec3 first_anchor(const Anchor& anchor, const SceneFile& file) {
   return value_of(file.particles.position, 0);
 }
 
-// One particle on the x axis, `position` from the anchor.
+// One particle on the x axis, at `position` from the anchor.
 class Oscillator {
  public:
   Oscillator(const PureSprings& springs, Method method, const Setup& setup, double position, double velocity)
@@ -40,7 +40,7 @@ class Oscillator {
     return (pv * pv + square_ * px * px) / 2;
   }
 
-  // Averaged over the window that starts now.
+  // The average over the window that starts now.
   [[nodiscard]] long double mean_energy() {
     long double sum = 0;
     for (std::uint64_t n = 0; n < window; ++n) {
@@ -67,7 +67,7 @@ class Oscillator {
   long double square_ = 0;
 };
 
-// The step's matrix, column by column, from the step itself.
+// The determinant of the step's matrix, measured column by column from the step itself.
 double determinant(const PureSprings& springs, Method method, const Setup& setup) {
   Oscillator first(springs, method, setup, 1, 0);
   Oscillator second(springs, method, setup, 0, 1);

@@ -1,4 +1,4 @@
-// Energy of undamped springs over a hundred thousand steps, beside what the determinant of a step says.
+// The energy of undamped springs over a hundred thousand steps, compared with the prediction of the step's determinant.
 #pragma once
 
 #include "report/results.hpp"
@@ -6,14 +6,14 @@
 
 namespace dvdx::tool::report {
 
-// Empty but for scenes of undamped springs at one common anchor, alike in all axes and without contacts.
+// Empty unless the scene consists of undamped springs at one common anchor, alike in all axes and without contacts.
 [[nodiscard]] std::vector<LongRun> measure_long_runs(const SceneFile& file, const Setup& setup);
 
-// Such a scene as the analysis takes it: the rates k/m of its springs (of particle 0) and their anchor.
+// The same scene as the analysis takes it: the rates k/m of its springs (for particle 0) and their anchor.
 struct PureSprings {
   std::vector<double> rates;  // 1/s^2
   Vec3 anchor{};
-  [[nodiscard]] double angular_frequency() const;  // of all together
+  [[nodiscard]] double angular_frequency() const;  // rad/s, of all springs together
 };
 [[nodiscard]] std::optional<PureSprings> pure_springs_of(const SceneFile& file);
 

@@ -1,4 +1,4 @@
-// The machine that the figures were measured on.
+// The machine on which the figures were measured.
 #pragma once
 
 #include <filesystem>
@@ -9,8 +9,7 @@
 
 namespace dvdx::tool::report {
 
-// The data caches that Linux lists in a folder such as /sys/devices/system/cpu/cpu0/cache; none where there is no such
-// folder.
+// The data caches that Linux lists in a folder such as /sys/devices/system/cpu/cpu0/cache; none if the folder does not exist.
 [[nodiscard]] std::vector<Cache> caches_in(const std::filesystem::path& folder);
 
 [[nodiscard]] Machine this_machine(const Setup& setup);

@@ -74,7 +74,7 @@ void Timer<T>::make_moments() {
   const auto scene = moments_scene_ ? *moments_scene_ : with_method(file_.scene, Method::combined);
   const auto plan = compiled(file_, scene, grid_.coarsest, setup_.engine, state);
   for (std::size_t p = 0; p < pieces; ++p) {
-    // In the middle of each of equal parts of the run.
+    // The moments are the middles of equal parts of the run.
     const auto until = (2 * p + 1) * grid_.coarse_steps / (2 * pieces);
     const auto before = p == 0 ? 0 : (2 * p - 1) * grid_.coarse_steps / (2 * pieces);
     if (until > before) advance(plan, state, until - before, setup_);
@@ -143,7 +143,7 @@ template <class T>
 Timing Timer<T>::time(const Plan<T>& plan, std::uint64_t steps) {
   auto state = work_.view();
   copy_state(start_.view(), state);
-  // How long a step takes, roughly.
+  // A rough estimate of the time of a step.
   const auto trial = std::clamp<std::uint64_t>((std::uint64_t{1} << 20U) / state.count, 1, steps);
   constexpr double enough = 0.01;  // s
   const auto before = WallClock::now();

@@ -1,4 +1,4 @@
-// Error and time of the library's runs.
+// The error and the time of the library's runs.
 #pragma once
 
 #include <memory>
@@ -13,19 +13,19 @@ struct Measured {
   std::vector<double> energy;  // J, at every sample time
 };
 
-// Errors of one run on the sample's particles by `scene`, which is the sample's with another method or scheme; its step is the
-// grid's coarsest divided by `parts`. Throws Fault (bad_scene) where the scene cannot be run so.
+// Errors of one run on the sample's particles by `scene`, which is the sample's scene with another method or scheme. Its step
+// is the grid's coarsest divided by `parts`. Throws Fault (bad_scene) if the scene cannot run so.
 template <class T>
 [[nodiscard]] Measured measure_errors(const SceneFile& sample, const Scene& scene, const Grid& grid, std::uint64_t parts,
                                       const Reference& reference, const Setup& setup);
 
-// Times runs on all particles of a scene: the whole run where that is short, else pieces of it from several moments, because
-// steps need not cost the same all along (nothing hits the ground at first).
+// Times runs on all particles of a scene. A short run is timed as a whole. A long one is timed in pieces from several moments,
+// because the cost of a step may change during the run (nothing hits the ground at first).
 template <class T>
 class Timer {
  public:
   Timer(const SceneFile& file, const Grid& grid, const Setup& setup, Effort effort);
-  // The moments of the run are those of `moments`, which is the scene with another method or scheme.
+  // The moments are taken from a run of `moments`, which is the scene with another method or scheme.
   Timer(const SceneFile& file, Scene moments, const Grid& grid, const Setup& setup, Effort effort);
   Timer(const Timer&) = delete;
   Timer& operator=(const Timer&) = delete;
@@ -49,7 +49,7 @@ class Timer {
   Effort effort_;
   Buffer start_;
   Buffer work_;
-  std::vector<std::unique_ptr<Buffer>> moments_;  // made where they are first needed
+  std::vector<std::unique_ptr<Buffer>> moments_;  // made at first use
   std::vector<Clock> clocks_;
 };
 

@@ -58,8 +58,7 @@ class NetworkMeasurement {
   }
 
  private:
-  // The step stays the scene's own; the sub-steps are what varies. Half of the samples lie within the horizon, where there is
-  // one.
+  // The step stays the scene's own; the sub-steps vary. If there is a horizon, half of the samples lie within it.
   static Grid own_step(const SceneFile& file, const Growth& growth) {
     const auto steps = steps_of(file);
     constexpr std::uint64_t most = 60;
@@ -78,15 +77,15 @@ class NetworkMeasurement {
     return grid;
   }
 
-  // Longer runs are left out.
+  // The limit of a run's time; longer runs are left out.
   [[nodiscard]] double most_seconds() const { return wish_.effort == Effort::full ? 60 : 3; }
 
-  // However long it takes, a run of each curve is compared beyond the horizon where that is asked for.
+  // With LongRuns::whole, one run of each curve is compared beyond the horizon, however long it takes.
   [[nodiscard]] bool is_asked_for(const Curve& curve, const NetworkLimit& limit, int substeps) const {
     return wish_.long_runs == LongRuns::whole && !curve.arithmetic && substeps == usual_substeps(curve.coupling, limit);
   }
 
-  // The seconds of a whole run: by `own` a sub-step, or, where that is 0, by the slowest kind of run so far.
+  // The predicted seconds of a whole run: from `own` seconds a sub-step or, if that is 0, from the slowest kind of run so far.
   [[nodiscard]] double predicted(const Coupling& coupling, int substeps, double own) const {
     const double each = own > 0 ? own : pulses_of(coupling) * seconds_per_pulse_;
     return each * substeps * static_cast<double>(grid_.coarse_steps);
@@ -143,7 +142,7 @@ class NetworkMeasurement {
     }
   }
 
-  // A run that takes too long goes until the horizon alone.
+  // The grid of a run that would take too long: until the horizon only.
   [[nodiscard]] Grid until_horizon() const {
     Grid grid = grid_;
     const auto horizon = std::max<std::uint64_t>(growth_.horizon, 1);
@@ -151,7 +150,7 @@ class NetworkMeasurement {
     return grid;
   }
 
-  // A long run, of `steps`, has been timed by the way.
+  // A long run, of `steps`, was already timed while it was traced.
   template <class T>
   [[nodiscard]] Timing timing(const Plan<T>& plan, const Trace& made, std::uint64_t steps) const {
     constexpr double long_run = 2;  // s
@@ -188,7 +187,7 @@ class NetworkMeasurement {
 
   // ---- the reference ---------------------------------------------------------------------------------------------------
 
-  // With sub-steps below the finest shown.
+  // The reference begins with at least as many sub-steps as the finest run of fourth_order shown.
   void make_reference() {
     int substeps = 1;
     for (const auto& run : runs_) {
@@ -202,7 +201,7 @@ class NetworkMeasurement {
                                   setup_);
   }
 
-  // The smallest error of the runs against the reference as it stands.
+  // The smallest error of the runs relative to the present reference.
   [[nodiscard]] double smallest_error(const Reference& reference) const {
     double smallest = std::numeric_limits<double>::infinity();
     for (const auto& made : traces_) {
@@ -232,7 +231,7 @@ class NetworkMeasurement {
     runs_[r].errors = comparison.errors();
   }
 
-  // The smallest error that is shown may be another than when the reference was made.
+  // The smallest error shown may have changed since the reference was made.
   void refine_note() {
     if (reference_.facts.kind == "closed_form") return;
     double smallest = std::numeric_limits<double>::infinity();
@@ -244,7 +243,8 @@ class NetworkMeasurement {
 
   // ---- beyond the horizon ----------------------------------------------------------------------------------------------
 
-  // A run is not ranked where its error is a third or more of what two starts come apart by: nothing orders those.
+  // A run is not ranked if its error is at least a third of the distance between two starts: chaos decides the order of such
+  // runs.
   void look_beyond() {
     const double most = wish_.long_runs == LongRuns::whole ? std::numeric_limits<double>::infinity() : most_seconds();
     scatter_ = scatter_beyond(file_, grid_, reference_, wish_.effort, most, setup_);
@@ -305,11 +305,11 @@ class NetworkMeasurement {
   Growth growth_;
   Grid grid_;
   Picks picks_;
-  double seconds_per_pulse_ = 0;  // of all particles
+  double seconds_per_pulse_ = 0;  // s, all particles
   Reference reference_;
   Scatter scatter_;
   std::vector<Run> runs_;
-  std::vector<Trace> traces_;  // one a run
+  std::vector<Trace> traces_;  // one for each run
   std::vector<LeftOut> left_out_;
   std::vector<EnergyCurve> energy_curves_;
 };

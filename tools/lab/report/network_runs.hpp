@@ -1,4 +1,4 @@
-// Measures what a report shows of a scene whose particles are joined: schemes and sub-steps at the scene's own step.
+// Measures the report of a scene with joined particles: schemes and sub-steps at the scene's own step.
 #pragma once
 
 #include "report/build.hpp"

@@ -13,8 +13,8 @@ struct Traits {
   std::size_t forces = 0;
   std::size_t springs = 0;
   std::size_t damped = 0;    // springs with damping, and drags
-  std::size_t varying = 0;   // forces of time that are not constant
-  bool first_order = false;  // a drag whose exponential is cut short
+  std::size_t varying = 0;   // time-dependent forces that are not constant
+  bool first_order = false;  // a drag with a truncated exponential
   bool radial = false;
 };
 
@@ -37,9 +37,9 @@ Traits traits_of(const Scene& scene) {
   return traits;
 }
 
-// All springs equal halves of the whole, let go at rest: the one start at which the phase error of the average acceleration,
-// (z^4 - 2 sum z_i^4)/(24 z^2), and the part of its error that grows with the velocity vanish together. The rest is
-// det - 1 = -sum z_i^4 / 24 a step: third order.
+// All springs are equal halves of the whole, released at rest. Only at this start two terms vanish together: the phase error of
+// the average acceleration, (z^4 - 2 sum z_i^4)/(24 z^2), and the part of its error that grows with the velocity. The remaining
+// error is det - 1 = -sum z_i^4 / 24 a step: third order.
 bool hides_second_order(const SceneFile& file) {
   const auto* still = std::get_if<Vec3>(&file.particles.velocity);
   if (still == nullptr || *still != Vec3{}) return false;
@@ -60,9 +60,9 @@ bool hides_second_order(const SceneFile& file) {
   return std::abs(sum * sum - 2 * squares) < 1e-9 * sum * sum;
 }
 
-// Separate contributions each ignore what the others do within the step. Where one of them depends on velocity, the speed that
-// another gains within the step is missed: an error of h^2 a step, first order. Where they depend on position alone it is the
-// path that is missed: h^3, second order.
+// Separate contributions ignore each other's effect within the step. A contribution that depends on velocity misses the speed
+// that another one gains within the step: an error of h^2 a step, first order. Contributions that depend on position alone miss
+// the path: h^3, second order.
 Theory separate_order(const SceneFile& file, const Traits& traits, Method method) {
   const bool is_average = method == Method::average_acceleration;
   if (traits.first_order || (traits.damped > 0 && traits.forces > 1)) return {1, ""};
@@ -109,8 +109,8 @@ double slope_of(const std::vector<const Run*>& runs) {
   return over / under;
 }
 
-// The error by rounding alone at a run's number of steps: where the combined method is exact, its own error; else a random
-// walk of units in the last place of the largest coordinate, grown as much as any difference of a chaotic scene.
+// The error by rounding alone at a run's number of steps. If the combined method is exact, this is its own error. Otherwise it
+// is a random walk of units in the last place of the largest coordinate, grown by as much as any difference in a chaotic scene.
 double floor_of(const Run& run, const std::vector<Run>& runs, const Reference& reference) {
   for (const auto& other : runs) {
     const bool is_twin = other.precision == run.precision && other.steps == run.steps && other.method == "combined";
@@ -124,7 +124,7 @@ double floor_of(const Run& run, const std::vector<Run>& runs, const Reference& r
          std::max(1.0, reference.facts.horizon.growth);
 }
 
-// The finest runs that are clear of rounding and of the reference's own error: coarse ones have not settled to a slope yet.
+// Fits the finest runs with errors well above rounding and the reference's error. Coarser ones have not settled to a slope.
 std::optional<double> fit(const std::vector<Run*>& coarse_to_fine, const std::vector<Run>& twins, const Reference& reference) {
   constexpr double above_floor = 30;
   constexpr double below = 0.3;
@@ -150,8 +150,8 @@ bool is_damped(const Network& network) {
   return std::visit([](const auto& each) { return each.damping > 0; }, network);
 }
 
-// Pulses between exact flows. Damping along the springs is part of a pulse to the scheme's own order, but of accumulated pairs,
-// whose damping does not see within a sub-step what the others do; nor does what damps in the flows see the pairs.
+// Pulses between exact flows. Damping along the springs is part of a pulse, to the scheme's own order. Accumulated pairs are
+// the exception: within a sub-step their damping ignores the other pairs, and the damping in the flows ignores the pairs.
 Theory network_theory(const SceneFile& file, const Coupled& coupled) {
   const auto& networks = file.scene.networks;
   if (!file.scene.contacts.empty() || file.scene.meet) return {std::nullopt, "no theory: impacts"};
@@ -190,7 +190,7 @@ bool is_limit(const Constraint& constraint) {
   return distance != nullptr && distance->bound != Bound::equal;
 }
 
-// Constraints act between flows, once before and once after, which is of second order; where limits grip, motions have kinks.
+// Constraints act between flows, once before and once after: second order. An activated limit causes a kink in the motion.
 Theory constrained(const SceneFile& file, const Theory& flows) {
   const auto& constraints = file.scene.constraints;
   if (std::any_of(constraints.begin(), constraints.end(), is_limit)) return {std::nullopt, "no theory: limits"};

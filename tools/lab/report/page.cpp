@@ -13,7 +13,7 @@ tl::expected<std::string, std::string> to_page(const nlohmann::ordered_json& rep
   auto html = page->before + json_element("report", report);
   const auto stability = read_file(folder / "stability.json");
   const auto maps = stability ? nlohmann::ordered_json::parse(*stability, nullptr, false) : nlohmann::ordered_json();
-  if (maps.is_object()) html += json_element("stability", maps);  // a file that is none is not ours
+  if (maps.is_object()) html += json_element("stability", maps);  // other files are not ours
   return html + page->after;
 }
 

@@ -1,4 +1,4 @@
-// The report on the page that tools/viewer builds: the page draws, this gives it the numbers.
+// The report on the page that tools/viewer builds: the page draws, this file supplies the numbers.
 #pragma once
 
 #include <filesystem>
@@ -8,8 +8,8 @@
 
 namespace dvdx::tool::report {
 
-// `report` as it stands in report.json, and what `dvdx stability --out` left in the folder, if it did. The error says why there
-// is no such page.
+// `report` has the contents of report.json. Adds the result of `dvdx stability --out` if the folder holds it. The error gives
+// the reason why there is no page.
 [[nodiscard]] tl::expected<std::string, std::string> to_page(const nlohmann::ordered_json& report,
                                                              const std::filesystem::path& folder);
 

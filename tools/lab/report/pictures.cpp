@@ -13,7 +13,7 @@
 namespace dvdx::tool::report {
 namespace {
 
-// Colours that most colour-blind people progress apart (M. Okabe and K. Ito), each with a marker of its own.
+// Colours that most colour-blind people can tell apart (M. Okabe and K. Ito), each with its own marker.
 struct Style {
   std::string_view method;
   std::string_view label;
@@ -62,10 +62,10 @@ std::string head(const std::string& title, const std::string& x, const std::stri
 
 enum class Marks { none, points };
 
-// Data blocks first, then one plot command over all.
+// Writes data blocks first, then one plot command for all.
 class Plot {
  public:
-  // Later lines are thinner and have smaller markers, so that one that lies on another leaves it to be seen.
+  // Later lines are thinner and have smaller markers, so that a line below another one stays visible.
   void line(const Style& style, const std::string& label, const std::string& data, Marks marks) {
     const auto block = fmt::format("$d{}", lines_);
     const double thinner = 0.3 * lines_++;
@@ -116,7 +116,7 @@ struct Extent {
 
 bool is_plain_loop(std::string_view method) { return method.starts_with("baseline_"); }
 
-// The reference fills a good part of the picture; whatever leaves it does so at the rim.
+// The reference fills most of the picture; curves that leave it do so at the edge.
 std::string energy_range(const SceneReport& scene) {
   Extent reference;
   for (const double each : scene.energy_curves.front().energy) reference.take(each);

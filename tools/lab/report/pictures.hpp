@@ -15,7 +15,7 @@ struct Picture {
 
 struct Pictures {
   std::vector<Picture> all;
-  std::string warning;  // why there are none
+  std::string warning;  // the reason if there are none
 };
 
 [[nodiscard]] Pictures draw_pictures(const Report& report);

@@ -19,7 +19,7 @@ double rms_distance(const std::vector<long double>& a, const std::vector<long do
   return static_cast<double>(std::sqrt(sum / (static_cast<long double>(a.size()) / 3)));
 }
 
-// The distance of the particles at one sample time; m.
+// The distance between the particles of two paths at one sample time; m.
 double distance_at(const Path& a, const Path& b, std::size_t time) {
   long double sum = 0;
   for (std::size_t at = a.index(time, 0, 0); at < a.index(time, 0, 0) + 3 * a.particles; ++at) {
@@ -28,7 +28,7 @@ double distance_at(const Path& a, const Path& b, std::size_t time) {
   return static_cast<double>(std::sqrt(sum / static_cast<long double>(a.particles)));
 }
 
-// Amplitude and energies of the path.
+// Sets the amplitude and the energies of the path.
 void describe(Reference& reference, const SceneFile& sample) {
   const auto& path = reference.path;
   reference.horizon = path.times;
@@ -53,7 +53,7 @@ void describe(Reference& reference, const SceneFile& sample) {
   }
 }
 
-// The difference between two ways of rounding, from time to time and straight from the start, of up to 64 particles.
+// The difference between two ways of rounding for up to 64 particles: from sample to sample, and directly from the start.
 double rounding_of(const Path& path, const SceneFile& sample, const Grid& grid) {
   const std::size_t particles = std::min<std::size_t>(64, path.particles);
   long double sum = 0;
@@ -76,7 +76,7 @@ double rounding_of(const Path& path, const SceneFile& sample, const Grid& grid) 
   return count == 0 ? 0 : static_cast<double>(std::sqrt(sum / static_cast<long double>(count)));
 }
 
-// From impact to impact where the scene is such; else why it is not.
+// The path from impact to impact if the scene has one; otherwise `why` gives the reason.
 std::optional<Reference> impact_reference(const SceneFile& sample, const Grid& grid, std::string& why) {
   if (has_followers(sample.scene)) {
     why = "motions carry particles or contacts";
@@ -117,7 +117,7 @@ Path stepped_path(const SceneFile& sample, const Grid& grid, int halving, const 
                  grid.counts.size());
 }
 
-// Fourth order with the given sub-steps in a coarsest step; an error where the scheme refuses them.
+// Fourth order with the given sub-steps in a coarsest step; an error if the scheme refuses them.
 Expected<Plan<double>> fourth_order(const SceneFile& file, const Grid& grid, std::optional<int> substeps, const Setup& setup) {
   Scene scene = file.scene;
   scene.coupling.scheme = Scheme::fourth_order;
@@ -143,7 +143,7 @@ void take(const Trace& trace, Reference& reference) {
   reference.amplitude = reference.whole_amplitude = amplitude_of(reference.path, reference.horizon);
 }
 
-// A finer trace in place of the reference's own, as far as it goes. Returns how far they lie apart.
+// Replaces the reference's trace by a finer one, as far as that goes. Returns the distance between the two.
 double refine_with(const Trace& trace, const Grid& within, Reference& reference) {
   const std::size_t times = within.counts.size();
   const auto finer = path_of(trace, reference.picks.size(), times);
@@ -170,9 +170,9 @@ void set_horizon(Reference& reference, const Growth& growth, const SceneFile& fi
   reference.amplitude = amplitude_of(reference.path, times);
 }
 
-constexpr std::size_t fewest_within = 2;  // sample times, the start among them
+constexpr std::size_t fewest_within = 2;  // sample times, including the start
 
-// The last sample time before a difference of the start has grown too much.
+// Sets the horizon to the last sample time before a difference of the start has grown too much.
 void end_by_growth(Reference& reference, const Growth& growth, const SceneFile& file, const Grid& grid) {
   std::size_t times = reference.horizon;
   const double last = file.step * static_cast<double>(growth.horizon) * (1 + 1e-9);
@@ -183,7 +183,7 @@ void end_by_growth(Reference& reference, const Growth& growth, const SceneFile& 
   set_horizon(reference, growth, file, grid, times);
 }
 
-// The last sample time until which the coarser reference lay within a hundredth of the smallest error.
+// Sets the horizon to the last sample time until which the coarser reference was within a hundredth of the smallest error.
 void end_where_in_doubt(Reference& reference, const Path& coarser, const SceneFile& file, const Grid& grid,
                         const Fineness& fineness) {
   const auto is_settled = [&](std::size_t times) {
@@ -204,7 +204,7 @@ int halving_of(const Reference& reference, const Grid& grid) {
   return static_cast<int>(std::lround(std::log2(grid.coarsest / reference.facts.step)));
 }
 
-// An eighth: two finer runs take two and four more.
+// An eighth of the time: two finer runs take two and four times as long.
 Setup with_part_of_time(Setup setup) {
   if (setup.end != never) setup.end = WallClock::now() + (setup.end - WallClock::now()) / 8;
   return setup;
@@ -293,8 +293,8 @@ Reference first_reference(const SceneFile& sample, const Grid& grid, const Setup
 bool refine(Reference& reference, const SceneFile& sample, const Grid& grid, const Setup& setup, double smallest_error,
             Effort effort) {
   if (reference.facts.source == ReferenceSource::impacts) {
-    // Every impact amplifies what long doubles round; where the runs agree with it to the last digit there is nothing to
-    // progress.
+    // Every impact amplifies the rounding of long doubles. If the runs agree with the reference to the last digit, nothing
+    // finer can be resolved.
     constexpr double digits = 1e-15;
     reference.facts.settled = reference.facts.self_error < std::max(smallest_error / 100, digits * reference.amplitude);
   }

@@ -1,5 +1,5 @@
-# The measurements and pages of `dvdx report`, as a library that the tests share. The plain loops that dvdx is measured against
-# are compiled for the instruction sets that the library has.
+# The measurements and pages of `dvdx report`, as a library that the tests share. The plain loops of the baselines are compiled
+# for the library's instruction sets.
 string(TOUPPER "${CMAKE_BUILD_TYPE}" DVDX_BUILD_TYPE)
 string(STRIP "${CMAKE_CXX_FLAGS} ${CMAKE_CXX_FLAGS_${DVDX_BUILD_TYPE}} -ffp-contract=off" DVDX_COMPILER_FLAGS)
 configure_file(lab/report/build_facts.cpp.in report_build_facts.cpp @ONLY)
@@ -19,5 +19,5 @@ file(GLOB DVDX_REPORT_FILES CONFIGURE_DEPENDS lab/report/*.cpp)
 add_library(dvdx_report STATIC ${DVDX_REPORT_FILES} ${DVDX_PLAIN_LOOPS} ${CMAKE_CURRENT_BINARY_DIR}/report_build_facts.cpp)
 target_link_libraries(dvdx_report PUBLIC dvdx_closed_form PRIVATE dvdx_tool_options fmt::fmt)
 compiled_together(dvdx_report)
-# g++ wants what a lambda of a template holds to be declared in the file that is compiled.
+# g++ requires the members of a lambda in a template to be declared in the compiled file itself.
 set_source_files_properties(lab/report/baseline.cpp PROPERTIES SKIP_UNITY_BUILD_INCLUSION ON)

@@ -75,7 +75,7 @@ SceneFile sample_of(const SceneFile& file, std::size_t most) {
 
 SceneFile resized(const SceneFile& file, std::size_t count) {
   const auto picks = evenly_spread(file.particles.count, count);
-  // Field by field: a copy of the whole would hold millions of values for nothing.
+  // Copies field by field: a copy of the whole would needlessly hold millions of values.
   SceneFile sample{.path = file.path,
                    .name = file.name,
                    .about = file.about,

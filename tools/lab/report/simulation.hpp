@@ -1,4 +1,4 @@
-// A scene on the library, from its start, as the report runs it.
+// A scene run on the library from its start, for the report.
 #pragma once
 
 #include <algorithm>
@@ -19,20 +19,20 @@ namespace dvdx::tool::report {
 using WallClock = std::chrono::steady_clock;
 inline constexpr WallClock::time_point never = WallClock::time_point::max();
 
-// How the library is to run.
+// The way in which the library runs.
 struct Setup {
   Engine engine;
   ParallelFor parallel{};
-  WallClock::time_point end = never;  // of what is measured: a run that lasts longer is given up
+  WallClock::time_point end = never;  // a run that lasts longer is given up
 };
 
-// Thrown in a run that is given up.
+// Thrown when a run is given up.
 class OutOfTime final : public std::exception {
  public:
   [[nodiscard]] const char* what() const noexcept override { return "a run was given up: the time for it was over"; }
 };
 
-// Calls `use` with a zero of the type that states of this precision hold.
+// Calls `use` with a zero of the scalar type of this precision's states.
 template <class Use>
 decltype(auto) with_scalar(Precision precision, const Use& use) {
   if (is_kept_in_float64(precision)) return use(double{});
@@ -49,7 +49,7 @@ template <class T>
   return std::move(*plan);
 }
 
-// Both of the same layout and count.
+// Both states must have the same layout and count.
 template <class T>
 void copy_state(const State<T>& from, State<T>& to) {
   const auto copy_column = [&](const Column<T>& source, const Column<T>& target) {
@@ -74,7 +74,7 @@ void advance(const Plan<T>& plan, State<T>& state, std::uint64_t steps, const Pa
   if (plan.step(state, steps, parallel) != StepResult::done) throw std::logic_error("the plan is for another state");
 }
 
-// The same, some steps a call where there is an end.
+// The same. If there is an end, each call takes a limited number of steps.
 template <class T>
 void advance(const Plan<T>& plan, State<T>& state, std::uint64_t steps, const Setup& setup) {
   if (setup.end == never) return advance(plan, state, steps, setup.parallel);
@@ -89,7 +89,7 @@ void advance(const Plan<T>& plan, State<T>& state, std::uint64_t steps, const Se
   }
 }
 
-// Steps that one call takes: many, so that a block stays in cache for them; as many as `dvdx run` takes.
+// The number of steps in one call, as in `dvdx run`: large, so that a block stays in cache for them.
 [[nodiscard]] inline std::uint64_t steps_per_call(std::size_t particles) {
   constexpr std::uint64_t particle_steps = std::uint64_t{1} << 24U;
   const auto steps = particle_steps / particles;

@@ -1,4 +1,4 @@
-// The contract of every time in a report: a warm-up, then the least of at least five repeats; one where a run takes over 2 s.
+// The contract of every time in a report: a warm-up, then the least of at least five repeats; only one if a run takes over 2 s.
 #pragma once
 
 #include <algorithm>
@@ -12,13 +12,13 @@ struct Least {
   int repeats = 0;
 };
 
-// prepare() is not timed; run() is. The warm-up has been.
+// Times run(), but not prepare(). The caller does the warm-up.
 template <class Prepare, class Run>
 Least least_of(Prepare&& prepare, Run&& run) {
   constexpr int enough = 5;
   constexpr int most = 15;
   constexpr double long_run = 2;       // s
-  constexpr double worth_more = 2e-2;  // s: below, a few more repeats cost nothing
+  constexpr double worth_more = 2e-2;  // s: below this, a few more repeats cost nothing
   Least least;
   double spent = 0;
   while (least.repeats < enough || (least.repeats < most && spent < worth_more)) {

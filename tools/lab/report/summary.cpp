@@ -30,7 +30,7 @@ void take(const Run& run, Cheapest& cheapest) {
   }
 }
 
-// A file's name may have 255 bytes, and what the file holds is added to it.
+// A file name may have 255 bytes; a suffix for the contents is appended to this one.
 constexpr std::size_t longest_name = 100;
 
 std::string plain_name(const std::string& text) {

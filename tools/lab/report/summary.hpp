@@ -1,4 +1,4 @@
-// The parts that the table on the terminal and the page have in common.
+// The parts that the table on the terminal and the page share.
 #pragma once
 
 #include <array>
@@ -16,8 +16,8 @@ struct Cheapest {
   Precision precision = Precision::float64;
   std::array<const Run*, error_goals.size()> runs{};
   double best_error = 0;
-  double best_energy_drift = 0;        // of the run with that error
-  std::vector<double> diverged_steps;  // s, sub-steps of networks
+  double best_energy_drift = 0;        // the drift of the run with that error
+  std::vector<double> diverged_steps;  // s, the sub-step for networks
   int unranked = 0;                    // runs
 };
 
@@ -31,15 +31,15 @@ struct Cheapest {
 // 12.3, 4.56e+07
 [[nodiscard]] std::string number_text(double value);
 
-// Whether the runs are those of networks, by scheme and sub-steps.
+// Returns true if the runs are those of networks, by scheme and sub-steps.
 [[nodiscard]] bool is_coupled(const SceneReport& scene);
 
-// Facts of a scene in one line.
+// The facts of a scene in one line.
 [[nodiscard]] std::string reference_text(const SceneReport& scene);
-// Until when positions are compared and why no longer; empty where that is the whole run.
+// The time until which positions are compared, and the reason; empty if that is the whole run.
 [[nodiscard]] std::string horizon_text(const SceneReport& scene);
 
-// Names no other scene of the report has, fit for files.
+// File names that are unique within the report.
 [[nodiscard]] std::vector<std::string> file_names(const Report& report);
 
 }  // namespace dvdx::tool::report

@@ -21,7 +21,7 @@ std::string runs_table(const SceneReport& scene) {
   head.emplace_back("least error");
   head.emplace_back("its energy error");
   table.row(head);
-  std::vector<std::vector<std::string>> rows;  // those that differ in their method alone are one
+  std::vector<std::vector<std::string>> rows;  // rows that differ only in the method are merged
   for (const auto& cheapest : cheapest_of(scene)) {
     const auto* order = order_of(scene, cheapest.method, cheapest.precision);
     std::vector<std::string> cells{cheapest.method, std::string(name_in(precisions, cheapest.precision)), fitted_text(*order),
@@ -65,7 +65,7 @@ std::string unranked_text(const SceneReport& scene) {
   return fmt::format("  NOT RANKED: {}: no nearer than chaos leaves any two starts\n", fmt::join(runs, ", "));
 }
 
-// Runs of a method that are alike to the digits that are shown.
+// Runs of a method that agree to the digits shown.
 struct BeyondRow {
   std::string method;
   std::set<std::string_view> precisions;

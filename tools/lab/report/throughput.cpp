@@ -18,7 +18,7 @@ constexpr std::uint64_t many_steps = 16;
 
 struct Sizes {
   std::size_t fewest, factor, most;
-  double seconds;  // after which no larger one is begun
+  double seconds;  // after this time no larger count is begun
 };
 
 Sizes sizes_for(Effort effort) {
@@ -37,7 +37,7 @@ class Stepped {
         state_(placed(file, start_)),
         plan_(compiled(file, file.scene, file.step, setup.engine, state_)) {}
 
-  // A repeat is about two milliseconds from the start on, or one call, but never far into the scene: later steps may cost more.
+  // A repeat takes about two milliseconds from the start, or one call. It stays near the start: later steps may cost more.
   [[nodiscard]] Throughput measured(std::uint64_t steps_per_call) {
     constexpr double enough = 2e-3;  // s
     auto work = work_.view();
@@ -72,7 +72,7 @@ class Stepped {
   std::uint64_t scene_steps_;
   StateMemory<T> start_;
   StateMemory<T> work_;
-  State<T> state_;  // of the start
+  State<T> state_;  // the start
   Plan<T> plan_;
 };
 

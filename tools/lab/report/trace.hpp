@@ -11,12 +11,12 @@
 
 namespace dvdx::tool::report {
 
-using Picks = std::vector<std::size_t>;  // particles whose paths are kept, rising
+using Picks = std::vector<std::size_t>;  // ascending indices of the particles whose paths are kept
 
-// At most `most` of `count`. The golden ratio spreads them over a grid, where a whole stride could follow a column.
+// At most `most` of `count` indices. The golden ratio spreads them over a grid, where a constant stride could follow a column.
 [[nodiscard]] Picks picks_of(std::size_t count, std::size_t most);
 
-// Every particle that is not fixed starts elsewhere, by up to `most` along each axis; the springs' lengths stay.
+// Displaces the start of every particle that is not fixed by up to `most` along each axis. The springs keep their lengths.
 struct Nudge {
   double most = 0;  // m
   std::uint64_t seed = 0;
@@ -26,15 +26,15 @@ template <class T>
 void move_start(const SceneFile& file, const Nudge& nudge, State<T>& state);
 
 struct Trace {
-  std::vector<double> x, v;     // of the picked particles: [time][particle][axis]
-  std::vector<double> energy;   // J, of all particles
+  std::vector<double> x, v;     // the picked particles: [time][particle][axis]
+  std::vector<double> energy;   // J, all particles
   std::vector<double> kinetic;  // J
-  std::vector<double> stretch;  // of the springs of networks: the largest of length over rest length, less one
-  double seconds = 0;           // of the steps
+  std::vector<double> stretch;  // the largest length of a network's spring over its rest length, less one
+  double seconds = 0;           // for the steps alone
 };
 
-// The scene from its start by a plan whose step is the grid's coarsest divided by `parts`.
-// Where setup.end comes first the trace ends before it, two sample times at the earliest.
+// Runs the scene from its start by a plan whose step is the grid's coarsest divided by `parts`. If setup.end comes first, the
+// trace ends before it, but not before two sample times.
 template <class T>
 [[nodiscard]] Trace traced(const SceneFile& file, const Plan<T>& plan, std::uint64_t parts, const Grid& grid,
                            const Picks& picks, const Setup& setup, const Nudge& nudge = {});

@@ -20,7 +20,7 @@ std::string advice_from(const std::vector<Change>& changes, double goal, const s
   return found->name == "left_out" ? "leave_out" : found->name;
 }
 
-// From the boldest to what differs least from the whole.
+// Tries changes from the boldest to the smallest.
 Part advice_on_force(const Scene& scene, std::size_t index, const Candidate& choice, double goal, const ErrorsOf& errors) {
   Part part{.index = index, .type = std::string(type_words<Force>[scene.forces[index].index()]), .advice = {}, .changes = {}};
   const auto try_change = [&](const std::string& name, const std::function<void(Scene&)>& change) {
@@ -41,7 +41,7 @@ Part advice_on_force(const Scene& scene, std::size_t index, const Candidate& cho
   return part;
 }
 
-// The other sweep is advised where it keeps the goal and takes less time.
+// The other sweep is advised if it keeps the goal and takes less time.
 Part advice_on_contact(const Scene& scene, std::size_t index, double goal, const ErrorsOf& errors,
                        const CostRatioOf& cost_ratio) {
   const auto& contact = scene.contacts[index];

@@ -1,4 +1,4 @@
-// Whether each part of a scene can be left out or made simpler, measured by runs in which that part alone is changed.
+// Whether each part of a scene can be left out or simplified, measured by runs in which only that part changes.
 #pragma once
 
 #include <functional>
@@ -10,15 +10,15 @@
 namespace dvdx::tool::tune {
 
 struct Change {
-  std::string name;  // left_out, first_order, line, or a method's
+  std::string name;  // left_out, first_order, line, or a method's name
   Outcome outcome;
-  double cost_ratio = 0;  // to the choice, where that was measured
+  double cost_ratio = 0;  // relative to the choice, if measured
 };
 
 struct Part {
   std::size_t index = 0;
   std::string type;
-  std::string advice;  // the boldest change that keeps the goal (leave_out for left_out), or what it must stay
+  std::string advice;  // the boldest change that keeps the goal (leave_out for left_out), or the setting it must keep
   std::vector<Change> changes;
 };
 

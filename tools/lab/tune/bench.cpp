@@ -25,15 +25,15 @@ Scene changed(const Scene& scene, const Candidate& candidate, const Judge::Chang
   return own;
 }
 
-// Counted from where `dvdx run` counts it in this precision.
+// Chooses the origin that `dvdx run` chooses in this precision.
 SceneFile file_for(SceneFile file, Precision precision) {
   choose_origin(file, precision);
   return file;
 }
 
-// A reference that is a tenth of the goal off still tells which runs keep it, but not which are far better.
+// A reference off by a tenth of the goal still shows which runs keep the goal, but not which are far better.
 report::Reference reference_for(SceneFile sample, const report::Grid& grid, double goal, const report::Setup& setup) {
-  sample.scene.origin = {};  // it is compared in the world
+  sample.scene.origin = {};  // comparisons are in world coordinates
   const bool is_swept = !sample.scene.networks.empty() || !sample.scene.constraints.empty();
   if (is_swept) {
     auto growing = setup;
@@ -52,7 +52,7 @@ report::Reference reference_for(SceneFile sample, const report::Grid& grid, doub
   return reference;
 }
 
-// Steps of threes and fives of what a report would take: chains of rods have sub-steps of their own, and take long steps well.
+// Extends a report's grid by factors of three and five: chains of rods have their own sub-steps, and take long steps well.
 report::Grid grid_for(const SceneFile& sample) {
   auto grid = report::grid_of(sample, sample.particles.count, report::Effort::full);
   if (sample.scene.constraints.empty() || !sample.scene.networks.empty()) return grid;

@@ -1,4 +1,4 @@
-// The measurements of a search: errors on a sample of a scene, times on all of it.
+// The measurements of a search: errors on a sample of a scene, times on the whole scene.
 #pragma once
 
 #include <chrono>
@@ -11,16 +11,16 @@
 
 namespace dvdx::tool::tune {
 
-// Holds runs of a scene against its reference.
+// Compares runs of a scene with its reference.
 class Judge {
  public:
-  // The reference is made so fine that an error of `goal` (relative) can be told. Where setup.end comes first, errors are of
-  // the first part of the run alone, or can not be told.
+  // The reference is fine enough to resolve an error of `goal` (relative). If setup.end comes first, errors cover only the
+  // first part of the run, or cannot be determined.
   Judge(const SceneFile& file, double goal, const report::Setup& setup);
 
-  // `change` is made to the scene in addition to what the candidate asks for.
+  // `change` is applied to the scene in addition to the candidate's settings.
   using Change = std::function<void(Scene&)>;
-  // Runs that last until `end` are given up.
+  // Runs that last beyond `end` are given up.
   [[nodiscard]] Outcome errors(const Candidate& candidate, const Change& change = {},
                                report::WallClock::time_point end = report::never) const;
   [[nodiscard]] std::optional<int> fewest_substeps(const Coupling& coupling, std::uint64_t parts) const;
@@ -28,12 +28,12 @@ class Judge {
   [[nodiscard]] const SceneFile& sample() const noexcept { return sample_; }
   [[nodiscard]] const report::Grid& grid() const noexcept { return grid_; }
   [[nodiscard]] const report::Reference& reference() const noexcept { return reference_; }
-  [[nodiscard]] double self_error() const;  // of the reference, relative
+  [[nodiscard]] double self_error() const;  // relative error of the reference
 
  private:
   report::Setup setup_;
   SceneFile sample_;
-  report::Grid grid_;  // until the reference's horizon
+  report::Grid grid_;  // up to the reference's horizon
   report::Reference reference_;
 };
 
@@ -45,7 +45,7 @@ class Watch {
   Watch& operator=(const Watch&) = delete;
   ~Watch();
 
-  // Zero where the candidate is refused, or `end` came first.
+  // Zero if the candidate is refused, or if `end` comes first.
   [[nodiscard]] Cost time(const Candidate& candidate, const Judge::Change& change = {},
                           report::WallClock::time_point end = report::never);
 
@@ -55,14 +55,14 @@ class Watch {
   const SceneFile& file_;
   const report::Grid& grid_;
   const report::Setup& setup_;
-  std::map<Precision, std::unique_ptr<Track>> tracks_;  // laid where they are first needed
+  std::map<Precision, std::unique_ptr<Track>> tracks_;  // made at first use
 };
 
 class Bench final : public Probe {
  public:
   using ProgressCallback = std::function<void(const std::string& what)>;
 
-  // end: of the search; last: of its last race and what follows.
+  // end: of the search; last: of its last race and the steps after it.
   Bench(const Judge& judge, Watch& watch, report::WallClock::time_point end, report::WallClock::time_point last,
         ProgressCallback tell);
 

@@ -13,8 +13,8 @@
 namespace dvdx::tool::tune {
 namespace {
 
-// 1, 2, 3, 4, 6, 8, 12, ... from `first` (which is among them) to `last`: neighbours cost at most one and a half times, or
-// twice at the very start.
+// 1, 2, 3, 4, 6, 8, 12, ... from `first` (included) to `last`. Neighbours differ in cost by at most a factor of one and a half,
+// or of two at the very start.
 std::vector<std::uint64_t> rising(std::uint64_t first, std::uint64_t last) {
   std::vector<std::uint64_t> numbers{first};
   for (std::uint64_t power = 1; power <= last; power *= 2) {
@@ -59,7 +59,7 @@ std::vector<Ladder> ladders_of_methods(const SceneFile& file, const report::Grid
   return ladders;
 }
 
-// In the coarsest step or in the scene's own: a sub-step is cheaper than a step of its size, and only just.
+// One step in the coarsest step, or the scene's own number: a sub-step is only slightly cheaper than a step of its size.
 std::vector<std::uint64_t> parts_for(const SceneFile& file, const report::Grid& grid) {
   const auto own = static_cast<std::uint64_t>(std::llround(grid.coarsest / file.step));
   return own == 1 ? std::vector<std::uint64_t>{1} : std::vector<std::uint64_t>{1, own};
@@ -70,14 +70,14 @@ double order_of(const Coupling& coupling) {
   return coupling.scheme == Scheme::sequential && coupling.theta.value_or(0.5) != 0.5 ? 1 : 2;
 }
 
-// From what is stable to what a report would show of the most expensive.
+// From the fewest stable sub-steps to the largest number that a report would show.
 std::vector<std::uint64_t> substeps_for(const report::Curve& curve, int fewest) {
-  constexpr int most_of_free = 200;  // sequential takes any
+  constexpr int most_of_free = 200;  // sequential takes any number
   const auto first = static_cast<std::uint64_t>(fewest);
   return rising(first, curve.coupling.scheme == Scheme::sequential ? most_of_free : 24 * first);
 }
 
-// The cheap ones first: what they keep need not be sought among the dear ones.
+// Cheap ladders come first: a goal that they keep need not be sought on expensive ones.
 int rank_of(const Ladder& ladder) {
   const auto& first = ladder.rungs.front();
   const auto& coupling = *first.coupling;

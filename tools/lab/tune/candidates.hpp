@@ -13,33 +13,33 @@
 namespace dvdx::tool::tune {
 
 struct Candidate {
-  Method method = Method::combined;        // of every force
-  Expansion expansion = Expansion::exact;  // of every drag
-  std::optional<Coupling> coupling{};      // of joined particles, its sub-steps set
+  Method method = Method::combined;        // for every force
+  Expansion expansion = Expansion::exact;  // for every drag
+  std::optional<Coupling> coupling{};      // for joined particles, with sub-steps set
   Precision precision = Precision::float64;
-  std::uint64_t parts = 1;                 // steps in the grid's coarsest
+  std::uint64_t parts = 1;                 // steps in the grid's coarsest step
   double step = 0;                         // s
-  std::optional<Arithmetic> arithmetic{};  // none: the one that is asked for
+  std::optional<Arithmetic> arithmetic{};  // none: the requested one
 
   [[nodiscard]] int substeps() const { return coupling ? coupling->substeps.value_or(1) : 1; }
-  // Sub-steps in the grid's coarsest step: what the cost of a ladder's candidates grows with.
+  // The number of sub-steps in the grid's coarsest step, which determines the cost within a ladder.
   [[nodiscard]] double work() const { return static_cast<double>(parts) * substeps(); }
   bool operator==(const Candidate&) const = default;
 };
 
-// Candidates that differ in nothing but how fine they are; the coarsest first.
+// Candidates that differ only in fineness, the coarsest first.
 struct Ladder {
   std::string name;
-  double order = 2;  // of convergence, roughly: the first guess of how much finer a miss must become
+  double order = 2;  // approximate order of convergence: the first guess of how much finer a miss must become
   std::vector<Candidate> rungs;
 };
 
-// The ladders of every method, scheme, drag expansion and precision that the scene allows. Those that tend to win come first.
-// `fewest` says how many sub-steps in a step of `parts` parts a coupling takes at least; none: it takes the scene at no step.
+// The ladders of every method, scheme, drag expansion and precision that the scene allows. Likely winners come first. `fewest`
+// returns the fewest sub-steps of a coupling in a step of `parts` parts; none if it cannot run the scene at any step.
 using Fewest = std::function<std::optional<int>(const Coupling& coupling, std::uint64_t parts)>;
 [[nodiscard]] std::vector<Ladder> ladders_of(const SceneFile& file, const report::Grid& grid, const Fewest& fewest);
 
-// The scene as a candidate runs it.
+// The scene with a candidate's settings.
 [[nodiscard]] Scene scene_of(Scene scene, const Candidate& candidate);
 
 // "combined, float32, step 0.0333 s"

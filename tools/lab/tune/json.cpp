@@ -8,7 +8,7 @@
 namespace dvdx::tool::tune {
 namespace {
 
-using Json = nlohmann::ordered_json;  // numbers that are not finite become null
+using Json = nlohmann::ordered_json;  // values that are not finite become null
 
 Json error_json(const Outcome& outcome) {
   const auto& errors = outcome.errors;
@@ -45,7 +45,7 @@ Json trial_json(const Trial& trial) {
   const bool has_cost = trial.cost.ns_per_particle_step > 0;
   json["ns_per_particle_step"] = has_cost ? Json(trial.cost.ns_per_particle_step) : Json(nullptr);
   json["seconds_per_simulated_second"] = has_cost ? Json(trial.cost.seconds_per_simulated_second) : Json(nullptr);
-  json["timed"] = trial.is_timed;  // in a race; else estimated from another step of the same curve
+  json["timed"] = trial.is_timed;  // in a race; otherwise estimated from another step of the same curve
   return json;
 }
 

@@ -7,8 +7,8 @@
 namespace dvdx::tool::tune {
 namespace {
 
-constexpr double doubt = 1.6;   // a rough cost may be off by this factor: what costs more than that can no longer win
-constexpr double a_tie = 1.03;  // costs that are as good as the same
+constexpr double doubt = 1.6;   // error factor of a rough cost: a candidate beyond best_ times this cannot win
+constexpr double a_tie = 1.03;  // a ratio of costs up to this counts as equal
 constexpr std::size_t most_racers = 8;
 
 class Search {
@@ -60,7 +60,7 @@ class Search {
 
   // ---- one ladder --------------------------------------------------------------------------------------------------------
 
-  // From the coarsest rung up to the first that keeps the goal or that costs more than the best so far.
+  // Climbs from the coarsest rung to the first that keeps the goal or that costs more than the best so far.
   void climb(const Ladder& ladder) {
     const auto first = findings_.trials.size();
     std::optional<Cost> unit;
@@ -104,9 +104,9 @@ class Search {
   }
   void give_up(const Ladder& ladder) { findings_.not_run.push_back({.ladder = ladder.name, .why = NotRun::Why::time}); }
 
-  static constexpr double hopeless = 0.1;  // rounding, or a limit of the method's own: what the finest does decides
+  static constexpr double hopeless = 0.1;  // least slope: rounding or the method's limit dominates; the finest rung decides
 
-  // Where the error should meet the goal, strictly between a miss and what is known to keep it (or the finest worth trying).
+  // Guesses the rung where the error meets the goal, strictly between a miss and a rung that keeps it (or the finest).
   static std::size_t next_rung_of(const Ladder& ladder, std::size_t low, std::size_t high, bool high_keeps, double work) {
     const auto last = high_keeps ? high - 1 : high;
     auto rung = low + 1;
@@ -116,7 +116,7 @@ class Search {
   [[nodiscard]] std::size_t next_rung(const Ladder& ladder, std::size_t low, std::size_t high, bool high_keeps, double error,
                                       double slope) const {
     const double work = ladder.rungs[low].work();
-    if (high_keeps && high - low > 4) return low + (high - low) / 2;  // the guess has had its turn
+    if (high_keeps && high - low > 4) return low + (high - low) / 2;  // the guess has failed: bisect
     if (!std::isfinite(error)) return next_rung_of(ladder, low, high, high_keeps, 2 * work);
     return next_rung_of(ladder, low, high, high_keeps, 0.999 * work * std::pow(error / goal_, 1 / slope));
   }
@@ -127,7 +127,7 @@ class Search {
     return std::clamp(std::log(error(coarse) / error(fine)) / std::log(work), 0.0, 8.0);
   }
 
-  // The cost of a unit of work; none where the candidate is refused, or the time is over.
+  // The cost of a unit of work; none if the candidate is refused, or the time is over.
   std::optional<Cost> unit_cost(const Candidate& candidate) {
     auto cost = probe_.rough_cost(candidate);
     if (cost.seconds_per_simulated_second == 0) return std::nullopt;
@@ -157,7 +157,7 @@ class Search {
 
   // ---- all ladders -------------------------------------------------------------------------------------------------------
 
-  // Those that may still be the cheapest; where the race shows that an estimate was too low, those that it hid as well.
+  // Races candidates that may be the cheapest, and then those that an estimate too low had hidden.
   void race() {
     auto racers = not_yet_raced();
     while (!racers.empty()) {
@@ -198,13 +198,13 @@ class Search {
   double goal_;
   Probe& probe_;
   Findings findings_;
-  double best_ = std::numeric_limits<double>::infinity();  // s per simulated second, of what keeps the goal
+  double best_ = std::numeric_limits<double>::infinity();  // s per simulated second, for candidates that keep the goal
 };
 
 double seconds_of(const Trial& trial) { return trial.cost.seconds_per_simulated_second; }
 double error_of(const Trial& trial) { return trial.outcome.errors.relative; }
 
-// From the cheapest on; of costs that tie, the most accurate first. Estimates count where no time was left for the race.
+// Sorted by cost; among equal costs the most accurate comes first. Estimates count if no time was left for the race.
 std::vector<std::size_t> by_cost(const std::vector<Trial>& trials, double goal) {
   const bool was_raced = std::any_of(trials.begin(), trials.end(), [](const Trial& trial) { return trial.is_timed; });
   std::vector<std::size_t> order;
@@ -223,7 +223,7 @@ std::vector<std::size_t> by_cost(const std::vector<Trial>& trials, double goal) 
   return order;
 }
 
-// The most expensive of those that cost less; of those that tie with it, the one that misses by least.
+// The most expensive of the cheaper trials; among equal costs, the one with the smallest error.
 std::optional<std::size_t> next_cheaper(const std::vector<Trial>& trials, std::size_t choice) {
   const double most = seconds_of(trials[choice]) / a_tie;
   const auto costs_less = [&](const Trial& t) { return t.outcome.ran() && seconds_of(t) > 0 && seconds_of(t) < most; };

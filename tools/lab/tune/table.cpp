@@ -57,7 +57,7 @@ std::string joined(const std::vector<std::string>& words, std::string_view betwe
   return text;
 }
 
-// A path with brackets is no word of a shell's.
+// A shell would interpret brackets in a path.
 std::string quoted(const std::string& word) {
   return word.find_first_of("[]{}\" ") == std::string::npos ? word : "'" + word + "'";
 }
@@ -109,7 +109,7 @@ std::string choice_text(const Tuning& tuning, const Trial& choice) {
   return text;
 }
 
-// The runs of a curve, from the coarsest on.
+// The runs of a curve, the coarsest first.
 struct CurveRuns {
   std::string curve;
   std::size_t runs = 0;
@@ -143,7 +143,7 @@ std::vector<CurveRuns> curves_of(const Tuning& tuning) {
   return curves;
 }
 
-// Whether each curve was run; curves of which the same is said are together.
+// Whether each curve was run. Curves with the same text share a line.
 std::string curves_text(const Tuning& tuning) {
   std::string text;
   std::vector<std::pair<std::string, std::string>> said;

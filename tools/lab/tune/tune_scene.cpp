@@ -53,7 +53,7 @@ class SceneTuner {
   }
 
  private:
-  // The part of the time until which each lasts. The rest is for the advice.
+  // Fractions of the time at which each phase ends. The rest is for the advice.
   static constexpr double reference_part = 0.3;
   static constexpr double search_part = 0.7;
   static constexpr double race_part = 0.85;
@@ -86,8 +86,8 @@ class SceneTuner {
             .budget = wish_.seconds};
   }
 
-  // The cheapest that keeps the goal with other drawn values too: an error just below the goal may be luck. Where all that was
-  // raced fails, the search aims lower.
+  // The cheapest candidate that keeps the goal with other random values too: an error just below the goal may be luck. If all
+  // that were raced fail, the search aims lower.
   void hold_out(const std::vector<Ladder>& ladders, Tuning& tuning) {
     auto other = options_;
     other.seed = options_.seed.value_or(0) + 1;
@@ -114,7 +114,7 @@ class SceneTuner {
     tuning.scene_lines = scene_lines(options_, file_, choice.candidate);
   }
 
-  // Estimates are of springs' roots alone.
+  // Only the roots of springs are estimated in fast arithmetic.
   void offer_fast(const Trial& choice, Tuning& tuning) {
     const auto isas = available_isas(Arithmetic::fast);
     const bool has_it = std::find(isas.begin(), isas.end(), setup_.engine.isa) != isas.end();
@@ -149,7 +149,7 @@ class SceneTuner {
     tuning.advice = advise(file_.scene, candidate, wish_.goal, errors, cost_ratio);
   }
 
-  // The cheapest of all in the search's own race, and then once more beside the choice.
+  // Races the cheapest of all ladders, first among themselves and then beside the choice.
   void compare_with_all(const std::vector<Ladder>& ladders, const Trial& choice, Tuning& tuning) {
     const auto all = search(ladders, wish_.goal, Thoroughness::exhaustive, bench_);
     std::vector<Trial> racers{choice};

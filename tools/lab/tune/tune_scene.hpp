@@ -11,13 +11,13 @@ namespace dvdx::tool::tune {
 
 struct SearchOptions {
   double goal = 1e-3;   // relative
-  double seconds = 60;  // that reference and search may take together
+  double seconds = 60;  // limit for reference and search together
   Thoroughness thoroughness = Thoroughness::search;
 };
 
 using ProgressCallback = std::function<void(double part, const std::string& what)>;
 
-// `options` are what the scene was read by.
+// `options` are those the scene was read with.
 [[nodiscard]] Tuning tune_scene(const SceneOptions& options, const SearchOptions& wish, const report::Setup& setup,
                                 const ProgressCallback& tell);
 

@@ -20,7 +20,7 @@ bool is_accumulate(const Candidate& candidate) {
   return candidate.coupling && candidate.coupling->scheme == Scheme::accumulate;
 }
 
-// The settings by which a candidate differs from a scene that says nothing, apart from step and precision.
+// The settings by which a candidate differs from a scene with defaults only, without step and precision.
 std::vector<Setting> settings_of(const SceneOptions& options, const SceneFile& file, const Candidate& candidate) {
   std::vector<Setting> settings{{"method", std::string(word(candidate.method))}};
   for (std::size_t n = 0; n < file.scene.forces.size(); ++n) {
@@ -51,7 +51,7 @@ std::vector<Setting> settings_of(const SceneOptions& options, const SceneFile& f
   return settings;
 }
 
-// Whether --method, --scheme or --substeps says it in fewer words.
+// Returns true if --method, --scheme or --substeps is a shorter way to set the path.
 bool has_option(const std::string& path) {
   return path.ends_with("method") || path.ends_with(".scheme") || path.ends_with(".substeps");
 }
@@ -90,7 +90,7 @@ std::vector<std::string> run_options(const SceneOptions& options, const SceneFil
   if (options.duration) add("--duration", fmt::format("{}", *options.duration));
   add("--step", fmt::format("{}", candidate.step));
   add("--precision", std::string(name_in(precisions, candidate.precision)));
-  // Pairs that have a method of their own would lose it to --method.
+  // Pairs with their own method would lose it to --method.
   const bool by_options = !is_accumulate(candidate);
   if (by_options) add("--method", std::string(word(candidate.method)));
   if (by_options && candidate.coupling) {

@@ -1,4 +1,4 @@
-// A candidate in the words of the command line and of a scene file.
+// A candidate as command line options and as settings of a scene file.
 #pragma once
 
 #include <string>
@@ -12,14 +12,14 @@ namespace dvdx::tool::tune {
 // The paths of a scene's networks in its file: "network", or "network[0]", "network[1]", ...
 [[nodiscard]] std::vector<std::string> network_paths(const SceneOptions& options);
 
-// The number of seeds of values that the scene draws.
+// The number of seeds of random values in the scene.
 [[nodiscard]] std::size_t seeds_in(const SceneOptions& options);
 
-// The words by which `dvdx run` runs the scene so, the scene and what was replaced in it first.
+// The words after `dvdx run` that run the scene as the candidate does; the scene and the replacements in it come first.
 [[nodiscard]] std::vector<std::string> run_options(const SceneOptions& options, const SceneFile& file,
                                                    const Candidate& candidate);
 
-// The same as lines of the file: a path and its value. The precision has none.
+// The same as lines of the file: path and value. Precision is not part of the file.
 [[nodiscard]] std::vector<std::string> scene_lines(const SceneOptions& options, const SceneFile& file,
                                                    const Candidate& candidate);
 

@@ -20,7 +20,7 @@ constexpr std::array<const char*, 8> fields = {"x", "y", "z", "vx", "vy", "vz", 
 constexpr std::array thread_counts = {1, 2, 3, 5};
 constexpr std::array<std::size_t, 3> blocks = {0, 16, 336};
 constexpr std::array<std::uint64_t, 2> calls = {1, 13};  // steps
-// The most that each of a hundred runs may cost: as many steps as this has of the capacity, and never fewer than some.
+// The limit of each of a hundred runs: it takes this many steps divided by the capacity, but at least fewest_steps.
 constexpr std::uint64_t most_particle_steps = 2'000'000;
 constexpr std::uint64_t fewest_steps = 26;
 constexpr std::uint64_t slower_where_they_meet = 200;
@@ -58,7 +58,7 @@ class Subject {
   }
   [[nodiscard]] Values<T> result(const Configuration& way, std::uint64_t call) const { return result(way, call, steps_); }
 
-  // The first step after which anything differs, by halving.
+  // Finds the first step after which anything differs, by bisection.
   [[nodiscard]] Difference find(const Configuration& way, std::uint64_t call) const {
     const Configuration twin = twin_of(way);
     std::uint64_t same = 0;
@@ -73,7 +73,7 @@ class Subject {
     return found;
   }
 
-  // Numbers that differ; of particles that only one of them has, all.
+  // Counts the numbers that differ. Particles that only one state has count completely.
   [[nodiscard]] static std::size_t differing(const Values<T>& wanted, const Values<T>& values) {
     const std::size_t both = std::min(wanted.size(), values.size());
     std::size_t n = (std::max(wanted.size(), values.size()) - both) * fields.size();
@@ -110,8 +110,8 @@ class Subject {
   std::uint64_t steps_;
 };
 
-// The largest distance of a position, in units in the last place of the particle's largest coordinate; not a number where
-// contraction changed which particles live.
+// The largest distance of a position, in units in the last place of the particle's largest coordinate. NaN if contraction
+// changed which particles live.
 template <class T>
 double ulps_between(const Values<T>& wanted, const Values<T>& values) {
   if (wanted.size() != values.size()) return std::numeric_limits<double>::quiet_NaN();
@@ -149,7 +149,7 @@ class Matrix {
   Values<T> wanted_;
 };
 
-// Blocks and calls turn at different rates, so that each layout with each number of threads meets all of them.
+// Blocks and calls rotate at different rates, so that each layout with each number of threads meets all of them.
 template <class T>
 void verify_separate(Matrix<T>& matrix, const std::vector<Isa>& isas) {
   std::size_t turn = 0;
@@ -177,7 +177,7 @@ void verify_contracted(const Subject<T>& subject, const Values<T>& separate, Mat
   }
 }
 
-// No springs join particles that come and go, so that nothing is estimated: fast arithmetic has the contracted bits.
+// Springs never join particles that come and go, so nothing is estimated: fast arithmetic has the contracted bits.
 template <class T>
 void verify_fast(const Subject<T>& subject, const Values<T>& separate, Matrix<T>& matrix, Verdict& verdict) {
   verdict.fast.isas = available_isas(Arithmetic::fast);

@@ -26,10 +26,10 @@ constexpr std::array<const char*, 12> fields = {
     "x", "y", "z", "vx", "vy", "vz", "residual x", "residual y", "residual z", "residual vx", "residual vy", "residual vz"};
 constexpr std::array thread_counts = {1, 2, 3, 5};
 constexpr std::array<std::size_t, 5> blocks = {0, 16, 32, 336, 1024};
-// The most that a scene may cost: particle-steps of one run of all its particles, and of one run of the sample, which is run
-// hundreds of times.
+// Cost limits of a scene: particle-steps of one run of all its particles, and of one run of the sample, which runs hundreds of
+// times.
 constexpr std::uint64_t all_particle_steps = 1'000'000;
-constexpr std::uint64_t sample_particle_steps = 80'000;  // more than where threads begin
+constexpr std::uint64_t sample_particle_steps = 80'000;  // above the threshold of threads
 constexpr std::uint64_t most_sample_steps = 20'000;
 
 // Particles picked from a scene, with their own masses, anchors and coefficients.
@@ -80,7 +80,7 @@ class Picked {
     scene_.fixed = std::move(fixed);
   }
 
-  // Groups stay, in their order, though nothing of them may have been picked.
+  // Keeps all groups in their order, even if none of their particles was picked.
   void pick_kinematic() {
     for (Kinematic& group : scene_.kinematic) {
       const std::set<std::size_t> all(group.particles.begin(), group.particles.end());
@@ -123,7 +123,7 @@ Plan<T> compiled(const SceneFile& file, const Scene& scene, const Configuration&
   return std::move(*made);
 }
 
-// One set of particles with its start, and the reference's answer.
+// One set of particles with its start, and the reference's result.
 template <class T>
 class Subject {
  public:
@@ -160,7 +160,7 @@ class Subject {
 
   [[nodiscard]] std::vector<T> result(const Configuration& way, std::uint64_t steps) { return result(plan(way), way, steps); }
 
-  // Numbers that differ from what is wanted after all steps.
+  // Counts the numbers that differ from the wanted ones after all steps.
   [[nodiscard]] std::size_t differing(const std::vector<T>& values) const {
     if (std::memcmp(values.data(), wanted_.data(), values.size() * sizeof(T)) == 0) return 0;
     std::size_t n = 0;
@@ -168,7 +168,7 @@ class Subject {
     return n;
   }
 
-  // The first step after which anything differs, by halving: what differs once goes on to differ, as a rule.
+  // Finds the first step after which anything differs, by bisection: a difference usually persists.
   [[nodiscard]] Difference find(const Configuration& way) {
     const Configuration twin = twin_of(way);
     const Plan<T> reference = plan(twin), suspect = plan(way);
@@ -275,7 +275,7 @@ class Matrix {
   Verdict& verdict_;
 };
 
-// Contracted arithmetic is the same on the ISAs that have it, and its distance from separate arithmetic is told.
+// Contracted arithmetic must agree on the ISAs that have it. Its distance from separate arithmetic is reported.
 template <class T>
 void verify_contracted(Subject<T>& subject, const std::vector<T>& separate, Verdict& verdict) {
   verdict.contracted.isas = with(Arithmetic::contracted);
@@ -291,7 +291,7 @@ void verify_contracted(Subject<T>& subject, const std::vector<T>& separate, Verd
   }
 }
 
-// Fast arithmetic: each ISA agrees with itself, and after one step no ISA is far from separate arithmetic.
+// Fast arithmetic: each ISA must agree with itself, and after one step no ISA may be far from separate arithmetic.
 template <class T>
 void verify_fast(Subject<T>& subject, const std::vector<T>& separate, Verdict& verdict) {
   Fast& fast = verdict.fast;
@@ -308,7 +308,7 @@ void verify_fast(Subject<T>& subject, const std::vector<T>& separate, Verdict& v
   }
 }
 
-// The cost of a step of all particles, in particle-steps.
+// The cost in particle-steps of one step of all particles.
 template <class T>
 std::uint64_t work_of(const Plan<T>& plan, std::size_t count) {
   const auto network = plan.network_limit();

@@ -1,5 +1,5 @@
-// A scene run in every way that there is, each held against the scalar reference bit by bit; in fast arithmetic by bounds, and
-// bit by bit against the same instruction set.
+// Runs a scene in every possible way and compares each run with the scalar reference bit by bit. In fast arithmetic runs are
+// compared by bounds, and bit by bit with the same instruction set.
 #pragma once
 
 #include <cstddef>
@@ -13,23 +13,23 @@
 
 namespace dvdx::tool {
 
-struct Configuration {  // to run a scene
+struct Configuration {  // of a run
   Isa isa = Isa::reference;
   Arithmetic arithmetic = Arithmetic::separate;
   Layout layout = Layout::soa;
   int threads = 1;
-  std::size_t block = 0;  // 0: the plan's own
+  std::size_t block = 0;  // 0: the plan's default
 };
 
-// The configuration whose bits a way must have: the scalar reference; in fast arithmetic, whose bits are each instruction set's
-// own, the same instruction set by one thread.
+// The configuration whose bits a way must have: the scalar reference. Fast arithmetic has different bits on each instruction
+// set; its twin is the same instruction set on one thread.
 [[nodiscard]] constexpr Configuration twin_of(const Configuration& way) noexcept {
   return {.isa = way.arithmetic == Arithmetic::fast ? way.isa : Isa::reference, .arithmetic = way.arithmetic};
 }
 
 struct Difference {
   Configuration way;
-  std::size_t particle = 0;  // of the scene
+  std::size_t particle = 0;  // index in the scene
   std::uint64_t step = 0;    // after this many steps
   std::string field;
   std::string reference, value;  // in the shortest form that reads back to the same bits
@@ -47,8 +47,8 @@ struct Fast {
   double first_ulps = 0;  // after one step
   double contracted_first_ulps = 0;
 
-  // After one step, before chaos and impacts magnify what rounding leaves: estimates may add what a few roundings do. Later
-  // steps are told and not judged.
+  // The bound after one step, before chaos and impacts amplify rounding: an estimate may add a few roundings. Later steps are
+  // reported, not judged.
   [[nodiscard]] double bound() const noexcept { return 4 * contracted_first_ulps + 16; }
   [[nodiscard]] bool is_near() const noexcept { return first_ulps <= bound(); }
 };
@@ -57,21 +57,21 @@ struct Verdict {
   std::string scene;
   Precision precision = Precision::float32;
   std::size_t particles = 0;
-  std::uint64_t steps = 0;         // that all particles were run for
-  std::size_t sample = 0;          // particles that were run on
-  std::uint64_t sample_steps = 0;  // for this many steps
+  std::uint64_t steps = 0;         // steps of the run of all particles
+  std::size_t sample = 0;          // particles in the sample
+  std::uint64_t sample_steps = 0;  // steps of the sample's run
   std::vector<Isa> isas;
-  std::size_t runs = 0;               // compared
-  std::size_t differing = 0;          // numbers, in all of them
-  std::optional<Difference> first{};  // the first run that differed, and where it did so first
+  std::size_t runs = 0;               // runs compared
+  std::size_t differing = 0;          // numbers, in all runs
+  std::optional<Difference> first{};  // the first run that differed, and its first difference
   Contracted contracted{};
   Fast fast{};
 
   [[nodiscard]] bool passed() const noexcept { return differing == 0 && fast.is_near(); }
 };
 
-// `steps`: the whole duration. Big scenes: all particles for a few steps, a sample of them for the duration. `only`: one
-// arithmetic; none: all of them.
+// `steps`: the whole duration. A big scene runs all particles for a few steps, and a sample of them for the duration. `only`:
+// one arithmetic; none: all of them.
 [[nodiscard]] Verdict verify_scene(const SceneFile& file, std::uint64_t steps, Precision precision,
                                    std::optional<Arithmetic> only);
 
