@@ -22,7 +22,7 @@ void KeptStates::append(const Moment& moment, const State<S>& state, std::size_t
     sink.put(moment.time);
     sink.put<std::uint64_t>(all);
     sink.put<std::uint32_t>(sizeof(S));
-    sink.put<std::uint32_t>(ids.empty() ? 0 : 1);  // of several ranks the first one has some where any has
+    sink.put<std::uint32_t>(ids.empty() ? 0 : 1);  // if any rank has ids, the first has some
     for (const auto* columns : {&state.x, &state.v}) {
       for (const auto& column : *columns) sink.put(column, state.count);
     }
