@@ -109,8 +109,8 @@ std::uint64_t Checkpoints::most_steps(std::uint64_t done, std::uint64_t wanted) 
   return std::min(wanted, options_.every - done % options_.every);
 }
 
-// Runs on the writing thread. The stepping thread may wait for a rank that has died, and a signal may end it before it learns
-// that the checkpoint exists.
+// Called by the writing thread just before the rename: a signal may end the stepping thread, which may wait for a dead rank,
+// before that thread learns that the checkpoint exists.
 void Checkpoints::keep_referenced_files() const noexcept {
   for (const auto& made : so_far_) made.spare();
 }
