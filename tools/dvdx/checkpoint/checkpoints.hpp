@@ -39,7 +39,7 @@ class Checkpoints {
   ~Checkpoints();
 
   [[nodiscard]] bool is_writing() const noexcept { return !options_.file.empty(); }
-  // The checkpoint that the run goes on from, or null.
+  // Returns the checkpoint that the run resumes from, or null.
   [[nodiscard]] const Checkpoint* resumed() const noexcept { return resumed_ ? &*resumed_ : nullptr; }
   [[nodiscard]] std::filesystem::path resumed_states() const;  // of a checkpoint with states
   [[nodiscard]] std::filesystem::path resumed_events() const;  // likewise

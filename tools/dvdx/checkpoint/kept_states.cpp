@@ -14,7 +14,7 @@ KeptStates::KeptStates(fs::path path, double every, Ranks* ranks) : file_(std::m
 KeptStates::KeptStates(fs::path path, const fs::path& from, const KeptStatesMark& mark, Ranks* ranks)
     : file_(std::move(path), from, mark.kept, ranks), every_(mark.every), count_(mark.count) {}
 
-// A state: step, time, particles, bytes of a number, whether ids follow; then x, y, z, vx, vy, vz of all particles, and ids.
+// Layout of a state: step, time, particles, bytes of a number, whether ids follow; then x, y, z, vx, vy, vz of all, and ids.
 template <class S>
 void KeptStates::append(const Moment& moment, const State<S>& state, std::size_t all, std::span<const std::uint32_t> ids) {
   file_.append([&](Sink& sink) {

@@ -18,7 +18,7 @@ void refuse_to_write(const std::filesystem::path& file, int error) {
 }
 
 Descriptor::Descriptor(const std::filesystem::path& file, int flags) {
-  constexpr mode_t everyone = 0666;  // less what umask takes
+  constexpr mode_t everyone = 0666;  // without the bits of umask
   number_ = open(file.c_str(), O_WRONLY | O_CREAT | O_CLOEXEC | flags, everyone);
   if (number_ < 0) refuse_to_write(file, errno);
 }

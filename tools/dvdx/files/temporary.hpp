@@ -22,7 +22,7 @@ class Temporary {
   explicit Temporary(std::filesystem::path path, Kind kind = Kind::file);
   Temporary(Temporary&&) noexcept;
   Temporary& operator=(Temporary&&) = delete;
-  ~Temporary();  // removes what is at the path; a directory only where it is empty
+  ~Temporary();  // removes the file at the path, or the directory if it is empty
 
   [[nodiscard]] const std::filesystem::path& path() const noexcept;
   void keep() noexcept;  // what is at the path now stays

@@ -127,7 +127,7 @@ void FrameCoder<T>::choose(std::size_t count, std::span<const std::uint32_t> ids
     std::sort(taken_.begin(), taken_.end(), is_before);
 }
 
-// Marks the last state's particles that are not there any more, and forgets where they were. Returns how many.
+// Marks those particles of the last state that are gone, and forgets their positions. Returns their number.
 template <class T>
 std::size_t FrameCoder<T>::leave(std::span<const std::uint32_t> ids) {
   std::vector<std::uint32_t> now_ids;

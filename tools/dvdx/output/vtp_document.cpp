@@ -114,7 +114,7 @@ Array columns_array(const Stretch& stretch, const std::array<Column<T>, 3>& colu
   return array;
 }
 
-// Numbers of which number(i) is the i-th of all.
+// Returns the array whose i-th number of all is number(i).
 template <class Number>
 Array numbers_array(const Stretch& stretch, std::size_t here, const Number& number) {
   constexpr std::size_t element = sizeof(std::int64_t);

@@ -95,7 +95,7 @@ struct WrittenFile {
 };
 [[nodiscard]] std::vector<WrittenFile> files_of(const Output& output);
 
-// Whether each state there is in pieces, one for each rank that has stepped it.
+// Whether each state is written in pieces, one for each rank that has stepped it.
 [[nodiscard]] bool is_in_pieces(const std::filesystem::path& target);
 
 // Makes a writer by the target's extension. Throws Fault: usage as above, or if the format holds one count for all states and
@@ -145,7 +145,7 @@ void commit_series(std::vector<PartFile>& files, const std::vector<std::filesyst
 // Returns the number of tears until the end of a step.
 [[nodiscard]] std::size_t tears_until(const Output& output, std::uint64_t step);
 
-// The particles that no line and no face holds, in order.
+// Returns the particles that belong to no line and no face, in order.
 [[nodiscard]] std::vector<std::array<std::size_t, 1>> loose_particles(const Topology& topology, std::size_t count);
 
 // Returns where this rank's `here` particles of a state stand among all. All ranks that write it must call it.

@@ -151,7 +151,7 @@ std::optional<NetworkLimit> limit_by_rows(const SceneFile& file, Ranks& ranks) {
   const Grid* const sheet = only_sheet(file.scene, file.particles.count);
   if (sheet == nullptr || !sheet->broken.empty() || sheet->aerodynamics) return std::nullopt;
   if (!file.tears_at.empty() || !file.scene.skins.empty()) return std::nullopt;
-  if (!file.scene.constraints.empty() || file.scene.meet) return std::nullopt;  // which ask for sub-steps of their own
+  if (!file.scene.constraints.empty() || file.scene.meet) return std::nullopt;  // these ask for sub-steps of their own
   const SheetRates mine = together(ranks, [&] {
     const Run rows = share_of(ranks).of(sheet->rows);
     return rates_of_rows(file.scene, rows.first, rows.first + rows.count);

@@ -91,19 +91,19 @@ class Split {
 
   Ranks& ranks_;
   Part part_;
-  std::vector<std::uint32_t> own_;  // places in part_.particles
+  std::vector<std::uint32_t> own_;  // indices in part_.particles
   std::size_t all_;                 // particles of the scene
   HaloExchange halo_;
-  std::optional<MeetingsExchange> meetings_;  // where particles meet
+  std::optional<MeetingsExchange> meetings_;  // if particles meet
   SceneFile file_;
   Layout layout_;
   Options options_;
   StateMemory<T> memory_;
   State<T> state_;
-  std::optional<Plan<T>> plan_;  // none where a rank has no particles
+  std::optional<Plan<T>> plan_;  // none if a rank has no particles
   CarriedShape carried_shape_;
   RangeExchange ranges_;                  // of its own particles
-  std::vector<std::uint32_t> by_number_;  // places in part_.particles in the order of their numbers, where springs tear
+  std::vector<std::uint32_t> by_number_;  // indices in part_.particles in the order of their numbers, if springs tear
 };
 
 extern template class Split<float>;

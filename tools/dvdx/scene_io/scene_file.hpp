@@ -104,8 +104,8 @@ struct SceneFile {
   return !scene.kinematic.empty() || std::any_of(scene.contacts.begin(), scene.contacts.end(), is_moved);
 }
 
-// Whether networks or constraints join particles, motions carry some, skins hold them, or they meet one another: such a scene
-// runs whole or not at all.
+// Whether particles depend on one another: networks or constraints join them, motions carry some, skins hold them, or they
+// meet. Ranks cannot split such a scene by ranges.
 [[nodiscard]] inline bool is_joined(const Scene& scene) noexcept {
   return !scene.networks.empty() || !scene.constraints.empty() || !scene.kinematic.empty() || !scene.skins.empty() ||
          scene.meet.has_value();

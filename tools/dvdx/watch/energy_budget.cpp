@@ -195,7 +195,7 @@ std::optional<std::uint64_t> steps_between_looks(const SceneFile& file) {
 double most_share(const NetworkLimit& limit, double step) noexcept {
   constexpr double bar = 1.3;
   constexpr double most_swing = 10;
-  const double part = limit.frequency * step / limit.substeps / limit.limit;  // 0 where there is no limit
+  const double part = limit.frequency * step / limit.substeps / limit.limit;  // 0 if there is no limit
   return bar * std::min(most_swing, part < 1 ? 1 / (1 - part * part) : most_swing);
 }
 

@@ -37,7 +37,6 @@ struct Moments {
 // The most work seen so far counts: energy that gravity gave and took back may still be in the motion of others, and a contact
 // that lifts what lay below it takes no motion away. Energy that was given and then lost still counts, so the bound says less
 // and less if wind or forces of time give energy all along.
-// less where wind or time give all along.
 class EnergyBudget {
  public:
   // held: which particles the states have. Each of several ranks makes one; all look at the same times and get the same.

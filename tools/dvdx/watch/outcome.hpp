@@ -88,7 +88,7 @@ struct Crossed {
 // Particles that meet.
 struct Met {
   double pairs = 0;           // that touch at the end, of each particle on average
-  std::size_t most = 0;       // that one particle has had within reach
+  std::size_t most = 0;       // the most that one particle has had within reach
   std::uint64_t rebuilt = 0;  // how often lists were rebuilt
   double overlap_mean = 0;    // at the end, of touching pairs, as part of the distance that each wants
   double overlap_most = 0;
@@ -116,13 +116,13 @@ struct Outcome {
   std::optional<PokeThrough> poke{};    // of one process
   std::optional<Warning> dear{};        // printed when it was found
   std::optional<Joins> joins{};         // of one process, if springs or constraints join particles
-  std::optional<Met> met{};             // where particles meet
+  std::optional<Met> met{};             // if particles meet
   std::optional<NetworkLimit> network{};
   std::optional<Turned> turned{};
-  std::optional<Halo> halo{};                 // where springs are split over ranks
-  std::vector<ContactSum> contacts{};         // in the scene's order, where they were asked for
-  std::optional<std::size_t> torn{};          // springs, where some can tear
-  std::optional<std::uint64_t> resumed_at{};  // step, of a run that went on from a checkpoint
+  std::optional<Halo> halo{};                 // if springs are split over ranks
+  std::vector<ContactSum> contacts{};         // in the scene's order, if they were asked for
+  std::optional<std::size_t> torn{};          // springs, if some can tear
+  std::optional<std::uint64_t> resumed_at{};  // step at which the run resumed from a checkpoint
   std::vector<WrittenFile> written{};
 };
 
