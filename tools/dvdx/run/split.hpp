@@ -45,8 +45,8 @@ struct CarriedInRanges {
 
 // Returns the sub-step limit of a scene that is one sheet; each rank computes the rates of some rows (dvdx/partition.hpp: the
 // frequency is the bound). Returns none if the limit needs a plan of the whole scene: other networks, air, skins, constraints,
-// particles that meet, springs that are broken or tear, or fewer sub-steps than are stable in any position. All ranks must call
-// it, and get the same.
+// particles that meet, springs that are broken or tear, or fewer sub-steps asked for than are stable in any position. All ranks
+// must call it, and get the same.
 [[nodiscard]] std::optional<NetworkLimit> limit_by_rows(const SceneFile& file, Ranks& ranks);
 
 template <class T>
@@ -58,7 +58,7 @@ class Split {
   // report: null, or gets the effect of this rank's own particles on contacts. All ranks must call it. Throws SharedFault if
   // particles meet and one has too many neighbours.
   void step(std::uint64_t steps, ContactReport* report, const ParallelFor& parallel);
-  // Fills this rank's range of particles, from which the observer shows, weighs and writes. All ranks must call it.
+  // Fills the state that the observer sees: this rank's range of particles. All ranks must call it.
   void to_ranges(State<T>& range);
   // Resumes from a state and from the numbers that its plan carried then.
   void go_on(const State<T>& range, const CarriedInRanges& carried);

@@ -74,8 +74,8 @@ Moments moments_of(const Scene& scene, const State<T>& state, const Held& held, 
   return all;
 }
 
-// Returns J: the energy if every particle moves by a thousand units in the last place of float32 in a step, of the largest
-// distance from the first particle along an axis; by ten thousand under constraints, whose chains round in many sub-steps.
+// Returns J: the energy if every particle moves a thousand float32 units in the last place in a step, of the largest distance
+// from the first particle along an axis; ten thousand under constraints, whose chains round in each of their many sub-steps.
 template <class T>
 double noise_of(const SceneFile& file, const State<T>& state, const Held& held) {
   struct Sums {

@@ -21,8 +21,8 @@
 
 namespace dvdx::tool {
 
-// One process looks: none of several ranks has all springs and constraints. All ranks still end their batches of steps alike,
-// because the bits of compensated states depend on these ends. Looks for heating end batches there anyway.
+// One process looks: none of several ranks has all springs and constraints. Several ranks still end their batches of steps at
+// the same steps, on which the bits of compensated states depend. Looks for heating end batches there anyway.
 template <class T>
 class JoinWatch {
  public:
