@@ -51,8 +51,7 @@ enum class Look { header, all };
 // A whole checkpoint file of this run.
 class Checkpoint {
  public:
-  // Throws Fault: input_output if the file cannot be read, is no checkpoint or is damaged; bad_scene if it is of another format
-  // or another run.
+  // Throws Fault: input_output if it cannot be read, is no checkpoint or is damaged; bad_scene if of another format or run.
   Checkpoint(std::filesystem::path file, const RunIdentity& run, Look look = Look::all);
 
   [[nodiscard]] const std::filesystem::path& file() const noexcept { return file_; }

@@ -75,7 +75,7 @@ struct BlockCount {
 using Steps = std::set<std::pair<std::int64_t, std::int64_t>>;  // rows, columns
 using Owners = std::set<std::pair<std::uint64_t, std::uint64_t>>;
 
-// Counts the particles of others that springs reach from a block of so many rows and columns, and collects their owners.
+// Counts the particles of others that springs reach from a block of `rows` x `columns`, and collects their owners.
 std::uint64_t halo_of(const Block& block, std::int64_t rows, std::int64_t columns, const Steps& steps, Owners& owners) {
   const auto is_inside = [&](std::int64_t r, std::int64_t c) { return r >= 0 && r < rows && c >= 0 && c < columns; };
   const auto is_reached = [&](std::int64_t r, std::int64_t c) {

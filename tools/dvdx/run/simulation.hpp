@@ -209,8 +209,7 @@ class Simulation {
     if (!may_tears_change_limit()) plan_.reset();
     return limit;
   }
-  // Sub-steps given by the scene never change. By `sequential` the springs also choose rho, the part of a stiff motion that is
-  // left.
+  // Given sub-steps never change. By `sequential` the springs also choose rho, the part of a stiff motion that is left.
   [[nodiscard]] bool may_tears_change_limit() const {
     const Coupling& coupling = loaded_.file.scene.coupling;
     return tearing_.is_possible() && (!coupling.substeps || coupling.scheme == Scheme::sequential);

@@ -314,10 +314,9 @@ std::vector<std::uint32_t> Split<T>::owner() const {
 
 namespace {
 
-// A plan's carried numbers begin with a flag: whether it remembers anything. If it does and particles meet, the next are a
-// time, the number of pairs, the number of surfaces, and six numbers of each pair and surface. Then follow three numbers of
-// each particle if it remembers accelerations, and the rest (plan/carried.cpp). Returns how many numbers come before the
-// accelerations, from the first four; 0 if nothing is remembered.
+// A plan's carried numbers begin with a flag: whether anything is remembered. If so and particles meet, a time, the counts of
+// pairs and of surfaces, and six numbers of each follow. Then come three of each particle if accelerations are remembered, and
+// the rest (plan/carried.cpp). Returns how many come before the accelerations, by the first four; 0 if nothing is remembered.
 double before_accelerations(std::span<const double> first, const CarriedShape& shape) {
   if (first.empty() || first[0] == 0) return 0;
   return shape.meets && first.size() >= 4 ? 4 + 6 * (first[2] + first[3]) : 1;

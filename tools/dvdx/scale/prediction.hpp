@@ -36,7 +36,7 @@ struct Telling {
   std::uint64_t times = 0;    // a sub-step
   std::uint64_t numbers = 0;  // of each particle of the halo, each time
   std::uint64_t bytes = 0;    // of a number
-  // If particles meet, each rank sends every other so many numbers of each of its own particles, and computes all meetings.
+  // If particles meet, each rank sends every other this many numbers of each of its own particles, and computes all meetings.
   std::uint64_t numbers_to_all = 0;
 };
 [[nodiscard]] Telling telling_of(const SceneFile& file, std::size_t scalar_bytes);
@@ -59,8 +59,8 @@ struct Times {
 // The efficiencies of the cheapest sharing at 1, 2, 4, ... ranks up to `most`.
 struct ScalePoint {
   std::uint64_t ranks = 1;
-  double strong = 1;  // efficiency: the scene on so many ranks
-  double weak = 1;    // the scene on each of so many
+  double strong = 1;  // efficiency: the scene on all these ranks
+  double weak = 1;    // the scene on each of these ranks
 };
 [[nodiscard]] std::vector<ScalePoint> curve_of(const Extent& extent, const Telling& telling, const Machine& machine,
                                                std::uint64_t most);

@@ -12,8 +12,8 @@ namespace dvdx::tool {
 [[nodiscard]] Error in_words_of(const SceneFile& file, Error error);
 [[nodiscard]] Fault fault_of(const SceneFile& file, Error error);
 
-// Throws if a call that stepped the particles of `file` from `time` on, for so many seconds, was not done: Fault (bad_scene) if
-// a particle had too many others within reach, otherwise std::logic_error.
+// Throws if a call that stepped the particles of `file` from `time` on, for `seconds`, was not done: Fault (bad_scene) if a
+// particle had too many others within reach, otherwise std::logic_error.
 void check_stepped(StepResult result, const SceneFile& file, double time, double seconds);
 
 }  // namespace dvdx::tool

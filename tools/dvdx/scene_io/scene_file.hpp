@@ -78,7 +78,7 @@ struct SceneFile {
   Scene scene;  // masses, forces, contacts, networks, constraints, fixed and kinematic particles, motions, skins, meet
   std::vector<std::string> motions{};  // their names
   Topology topology{};                 // of the networks and constraints, by the numbers of the scene
-  Numbering numbering{};               // by which the file and what is written of it name particles
+  Numbering numbering{};               // by which the file and its output name particles
   std::vector<MeshNetwork> meshes{};
   // For each network, empty if none tears: springs that are longer than this times their rest length at a step's end tear.
   // Infinite for networks that do not tear. The library's plans do not tear by themselves.
