@@ -22,7 +22,7 @@ namespace {
 
 using dvdx::tool::Exit;
 
-// An example before anything else: CLI11 keeps it as the footer.
+// Prints the example first. CLI11 stores it as the footer.
 class ExampleFirst final : public CLI::Formatter {
  public:
   std::string make_help(const CLI::App* app, std::string name, CLI::AppFormatMode mode) const override {
@@ -66,7 +66,7 @@ void add_help(CLI::App& app) {
   });
 }
 
-// CLI11 says of a word that is no command that a command is missing.
+// CLI11 would report an unknown command as a missing one.
 void refuse_unknown_command(CLI::App& app, int argc, char** argv) {
   if (argc < 2 || argv[1][0] == '-') return;
   const std::string word = argv[1];
@@ -75,7 +75,7 @@ void refuse_unknown_command(CLI::App& app, int argc, char** argv) {
   if (std::none_of(commands.begin(), commands.end(), is_it)) throw dvdx::tool::Fault(Exit::usage, unknown(app, word));
 }
 
-// Each of several processes would do all of the command's work. The first one alone has something to say.
+// Refuses several ranks: each would do all of the command's work. The first rank prints the message.
 void refuse_ranks(const std::string& command) {
   const int size = dvdx::tool::ranks_started();
   if (size == 1) return;
@@ -127,7 +127,7 @@ int run(int argc, char** argv) {
   return static_cast<int>(exit);
 }
 
-// Where several ranks share a fault, one alone has something to say.
+// If several ranks share a fault, only one has a message.
 int failed(Exit exit, std::string_view message) {
   if (!message.empty()) dvdx::tool::print_message(message);
   return static_cast<int>(exit);

@@ -89,7 +89,7 @@ void write_head(Sink& sink, const std::string& text) {
   throw Fault(Exit::input_output, file.string() + ": " + what);
 }
 
-// The header before the data, and the place where the data begin.
+// The header, and the byte at which the data begin.
 struct Head {
   CheckpointHeader header;
   std::uint64_t data = 0;

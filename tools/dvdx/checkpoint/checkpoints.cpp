@@ -15,7 +15,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// Beside the file, and always of the same name: what a killed run leaves is written over by the next one.
+// The part file lies beside the checkpoint and has a fixed name, so that the next run overwrites what a killed run left.
 fs::path part_of(const fs::path& file) {
   auto path = file;
   return path.replace_filename("." + file.filename().string() + ".part");
@@ -61,7 +61,7 @@ bool Checkpoints::goes_on_in_place() const {
   return resumed_ && fs::equivalent(options_.resume, options_.file, ignored);
 }
 
-// One of two names, so that a run from the start leaves alone what an older checkpoint in its place counts on.
+// Alternates between two names: a run from the start must not overwrite the file that an older checkpoint here counts on.
 Checkpoints::Beside Checkpoints::beside(const char* extension, const KeptMark* older) {
   const std::array<fs::path, 2> names{options_.file + extension, options_.file + extension + "2"};
   const bool is_first_taken = older != nullptr && older->file == names[0].filename();
@@ -109,8 +109,8 @@ std::uint64_t Checkpoints::most_steps(std::uint64_t done, std::uint64_t wanted) 
   return std::min(wanted, options_.every - done % options_.every);
 }
 
-// On the thread that writes: the one that steps may be ended by a signal, while it waits for a rank that is no more, before it
-// sees that the checkpoint is there.
+// Called by the writing thread just before the rename: a signal may end the stepping thread, which may wait for a dead rank,
+// before that thread learns that the checkpoint exists.
 void Checkpoints::keep_referenced_files() const noexcept {
   for (const auto& made : so_far_) made.spare();
 }
@@ -153,7 +153,7 @@ void Checkpoints::write(std::uint64_t done, const SaveRun& save) {
   CheckpointHeader header{.run = run_, .name = name_, .step = done};
   if (states_) header.states = states_->mark();
   if (events_) header.events = events_->mark();
-  // A copy is written where there is room for it, else the state itself, and the steps wait.
+  // A copy is written aside if memory has room for it. Otherwise the steps wait while the state itself is written.
   auto copy = is_alone() ? checkpoint_text(header, save, available_memory() / 8) : std::nullopt;
   copy ? write_aside(std::move(*copy)) : write_by_all(header, save);
 }
@@ -167,7 +167,6 @@ void Checkpoints::write_by_all(const CheckpointHeader& header, const SaveRun& sa
   keep_what_is_counted_on();
 }
 
-// By a thread of its own.
 void Checkpoints::write_aside(std::string text) {
   writing_ = std::async(std::launch::async, [this, part = part_->path(), text = std::move(text)] {
     if (states_) states_->sync();

@@ -1,4 +1,4 @@
-// When a run is written down, and what it goes on from.
+// Writes checkpoints of a run when they are due, and holds the checkpoint that the run resumes from.
 #pragma once
 
 #include <cstdint>
@@ -16,22 +16,22 @@
 namespace dvdx::tool {
 
 struct CheckpointOptions {  // as typed
-  std::string file{};       // none: nothing is written down
+  std::string file{};       // empty: no checkpoint is written
   std::uint64_t every = 0;  // steps
-  std::string resume{};     // none: from the start
+  std::string resume{};     // empty: from the start
 };
 
-// Brings together what is to be saved.
+// Prepares a checkpoint and returns the function that saves it.
 using PrepareSave = std::function<SaveRun()>;
 
 // Whether a call of the kernel may end at any step without changing a bit of the run.
 enum class CallsEnd { anywhere, where_they_do };
 
-// All ranks call these members, each with its part of the run; but events are the first one's.
+// All ranks call these members, each with its part of the run. Only the first rank keeps events.
 class Checkpoints {
  public:
-  // Throws Fault: usage and input_output where `file` cannot be written, and all that Checkpoint throws. `sources`: files
-  // that the scene was read from.
+  // Throws Fault: usage or input_output if `file` cannot be written, and all that Checkpoint throws. `sources`: files that the
+  // scene was read from, which `file` must not replace.
   Checkpoints(const CheckpointOptions& options, RunIdentity run, std::string name, CallsEnd calls,
               std::span<const std::filesystem::path> sources, Ranks& ranks);
   Checkpoints(const Checkpoints&) = delete;
@@ -39,30 +39,30 @@ class Checkpoints {
   ~Checkpoints();
 
   [[nodiscard]] bool is_writing() const noexcept { return !options_.file.empty(); }
-  // The checkpoint that the run goes on from, or null.
+  // Returns the checkpoint that the run resumes from, or null.
   [[nodiscard]] const Checkpoint* resumed() const noexcept { return resumed_ ? &*resumed_ : nullptr; }
   [[nodiscard]] std::filesystem::path resumed_states() const;  // of a checkpoint with states
   [[nodiscard]] std::filesystem::path resumed_events() const;  // likewise
 
-  // States that are to be written every so many steps are kept from now on: with those that the resumed run had.
+  // Keeps from now on the states that are written every `every` steps, after those of the resumed run.
   void keep_states(double every);
   [[nodiscard]] KeptStates* states() noexcept { return states_ ? &*states_ : nullptr; }
-  // Likewise events. The first rank alone.
+  // Keeps events likewise. The first rank alone calls it.
   void keep_events();
   [[nodiscard]] KeptFile* events() noexcept { return events_ ? &*events_ : nullptr; }
 
-  // Steps until the next one, at most `wanted`.
+  // Returns the steps until the next checkpoint, at most `wanted`.
   [[nodiscard]] std::uint64_t most_steps(std::uint64_t done, std::uint64_t wanted) const noexcept;
-  // Between two steps, when all that was to be written of the first has been: writes the run down where it is time. The steps
-  // go on while the disk is busy; where it still is when the next one is due, that one waits, not the steps. Several ranks
-  // write each its part, and the steps wait. Throws Fault (input_output), also for the one before. `prepare` is called where it
-  // is time.
+  // Writes a checkpoint if one is due. Call it between two steps, after all output up to this step has been written. A process
+  // alone writes in the background while the steps go on: if the disk is still busy when the next checkpoint is due, that
+  // checkpoint waits, not the steps. Each of several ranks writes its part, and the steps wait. `prepare` is called only if a
+  // checkpoint is written. Throws Fault (input_output), also for the previous checkpoint.
   void look(std::uint64_t done, const PrepareSave& prepare);
-  // All of them are on the disk. Throws likewise.
+  // Returns when all checkpoints are on the disk. Throws likewise.
   void finish(std::uint64_t done, const PrepareSave& prepare);
 
  private:
-  // Beside the file, until a checkpoint counts on it; and what an older run's checkpoint in this place counts on.
+  // path: the kept file to make. old: the other name, which an older run's checkpoint in this place may count on.
   struct Beside {
     std::filesystem::path path, old;
   };
@@ -85,13 +85,13 @@ class Checkpoints {
   CallsEnd calls_;
   std::optional<Checkpoint> resumed_;
   Ranks& ranks_;
-  std::optional<Temporary> part_;           // of the file
-  std::vector<Temporary> so_far_;           // states and events, until a checkpoint counts on them
-  std::vector<std::filesystem::path> old_;  // that an older run's checkpoint in this place counts on
+  std::optional<Temporary> part_;           // of the checkpoint
+  std::vector<Temporary> so_far_;           // files of states and events that no checkpoint counts on yet
+  std::vector<std::filesystem::path> old_;  // files that an older run's checkpoint in this place counts on
   std::optional<KeptStates> states_;
   std::optional<KeptFile> events_;
-  std::uint64_t last_ = 0;     // step
-  std::future<void> writing_;  // last: waits when it is destroyed
+  std::uint64_t last_ = 0;     // step of the last checkpoint
+  std::future<void> writing_;  // declared last: its destructor waits
 };
 
 }  // namespace dvdx::tool

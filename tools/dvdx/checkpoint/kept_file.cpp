@@ -17,7 +17,7 @@ namespace dvdx::tool {
 
 namespace fs = std::filesystem;
 
-// The first rank makes it, the others find it.
+// The first rank creates the file, then the others open it.
 void KeptFile::open(int flags) {
   const bool is_first = ranks_ == nullptr || ranks_->rank() == 0;
   together(ranks_, [&] {

@@ -1,4 +1,4 @@
-// A file that grows beside a checkpoint, which says how much of it belongs to it: what a run has put out so far.
+// A run's output so far, in a file that grows beside a checkpoint. The checkpoint records how many of its bytes belong to it.
 #pragma once
 
 #include <cstdint>
@@ -16,23 +16,23 @@ namespace dvdx::tool {
 
 struct KeptMark {
   std::string file;         // beside the checkpoint
-  std::uint64_t bytes = 0;  // of the file,
-  std::uint32_t crc = 0;    // whose CRC-32 this is
+  std::uint64_t bytes = 0;  // of the file that belong to the checkpoint
+  std::uint32_t crc = 0;    // CRC-32 of these bytes
 };
 
 class KeptFile {
  public:
-  // An empty file. ranks: none where this process writes it alone, else all of them make one and call the same members. Throws
-  // Fault (input_output), as all that write do.
+  // Makes an empty file. ranks: null if this process alone writes it; otherwise each rank makes a KeptFile and calls the same
+  // members. Throws Fault (input_output), as all members that write do.
   KeptFile(std::filesystem::path path, Ranks* ranks);
-  // Goes on behind what `mark` says: `path` is its file, or another one, which then gets a copy.
+  // Continues behind the bytes of `mark`, which are in `from`. If `path` is another file, they are copied to it.
   KeptFile(std::filesystem::path path, const std::filesystem::path& from, const KeptMark& mark, Ranks* ranks);
   KeptFile(const KeptFile&) = delete;
   KeptFile& operator=(const KeptFile&) = delete;
 
-  void append(std::string_view bytes);  // of a process alone
+  void append(std::string_view bytes);  // for a process alone
   void append(const SaveRun& save);
-  void sync() const;  // all of it is on the disk. On any thread
+  void sync() const;  // returns when all of it is on the disk; any thread may call it
 
   [[nodiscard]] const KeptMark& mark() const noexcept { return mark_; }
   [[nodiscard]] const std::filesystem::path& path() const noexcept { return path_; }
@@ -46,10 +46,10 @@ class KeptFile {
   std::optional<Descriptor> file_;
 };
 
-// Throws Fault (input_output) where the file is not what it was when the mark was made.
+// Throws Fault (input_output) if the bytes of the mark have changed since it was made.
 void check_kept(const std::filesystem::path& path, const KeptMark& mark);
 
-// Calls use(bytes) with the bytes of a file that was checked, some at a time.
+// Calls use(bytes) with one piece after another of a checked file.
 void for_each_kept_piece(const std::filesystem::path& path, const KeptMark& mark,
                          const std::function<void(std::string_view)>& use);
 

@@ -14,7 +14,7 @@ KeptStates::KeptStates(fs::path path, double every, Ranks* ranks) : file_(std::m
 KeptStates::KeptStates(fs::path path, const fs::path& from, const KeptStatesMark& mark, Ranks* ranks)
     : file_(std::move(path), from, mark.kept, ranks), every_(mark.every), count_(mark.count) {}
 
-// A state: step, time, particles, bytes of a number, whether ids follow; then x, y, z, vx, vy, vz of all particles, and ids.
+// Layout of a state: step, time, particles, bytes of a number, whether ids follow; then x, y, z, vx, vy, vz of all, and ids.
 template <class S>
 void KeptStates::append(const Moment& moment, const State<S>& state, std::size_t all, std::span<const std::uint32_t> ids) {
   file_.append([&](Sink& sink) {
@@ -22,7 +22,7 @@ void KeptStates::append(const Moment& moment, const State<S>& state, std::size_t
     sink.put(moment.time);
     sink.put<std::uint64_t>(all);
     sink.put<std::uint32_t>(sizeof(S));
-    sink.put<std::uint32_t>(ids.empty() ? 0 : 1);  // of several ranks the first one has some where any has
+    sink.put<std::uint32_t>(ids.empty() ? 0 : 1);  // if any rank has ids, the first has some
     for (const auto* columns : {&state.x, &state.v}) {
       for (const auto& column : *columns) sink.put(column, state.count);
     }

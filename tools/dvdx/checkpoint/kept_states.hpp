@@ -1,5 +1,5 @@
-// The states that a run has written so far, kept as they are until it ends, so that any format can be made of all of them:
-// also by a run that goes on. A checkpoint says how much of the file belongs to it.
+// The states that a run has written so far, kept as they are until it ends: any format can then be made of all of them, also by
+// a resumed run. A checkpoint records how much of the file belongs to it.
 #pragma once
 
 #include <cstdint>
@@ -22,15 +22,15 @@ struct KeptStatesMark {
 
 class KeptStates {
  public:
-  // An empty file. Throws Fault (input_output), as all that write do. ranks: as KeptFile has it.
+  // Makes an empty file. Throws Fault (input_output), as all members that write do. ranks: as in KeptFile.
   KeptStates(std::filesystem::path path, double every, Ranks* ranks);
-  // Goes on behind what `mark` says: `path` is its file, or another one, which then gets a copy.
+  // Continues behind the bytes of `mark`, which are in `from`. If `path` is another file, they are copied to it.
   KeptStates(std::filesystem::path path, const std::filesystem::path& from, const KeptStatesMark& mark, Ranks* ranks);
 
-  // all: particles of all ranks.
+  // all: the number of particles of all ranks.
   template <class S>
   void append(const Moment& moment, const State<S>& state, std::size_t all, std::span<const std::uint32_t> ids);
-  void sync() const { file_.sync(); }  // all of it is on the disk. On any thread
+  void sync() const { file_.sync(); }  // returns when all of it is on the disk; any thread may call it
 
   [[nodiscard]] KeptStatesMark mark() const { return {.kept = file_.mark(), .every = every_, .count = count_}; }
   [[nodiscard]] const std::filesystem::path& path() const noexcept { return file_.path(); }
@@ -44,7 +44,7 @@ class KeptStates {
 template <class S>
 using UseKeptState = std::function<void(const Moment&, const State<S>&, std::span<const std::uint32_t> ids)>;
 
-// Calls use() with this rank's share of each state in a file that was checked, one after another. S: as they were appended.
+// Calls use() with this rank's share of each state of a checked file, in order. S: the type with which they were appended.
 template <class S>
 void for_each_kept_state(const std::filesystem::path& path, const KeptStatesMark& mark, const RankShare& share,
                          const UseKeptState<S>& use);

@@ -16,7 +16,7 @@ StatesOut<S>::StatesOut(Output output, const Frames& frames, Checkpoints& checkp
   if (has_states_before()) {
     together(output_.ranks, [this] { check_states_before(); });
   }
-  make_writer();  // what is wrong with the target is said before the first step
+  make_writer();  // reports a bad target before the first step
   if (checkpoints_.is_writing() && !frames_.is_last_alone()) {
     writer_.reset();
     checkpoints_.keep_states(frames_.apart);

@@ -1,4 +1,4 @@
-// The states that a run writes, also of one that stops and goes on: in the end the file holds those of the whole run.
+// The states that a run writes. The file of a resumed run holds the states from the start on.
 #pragma once
 
 #include <memory>
@@ -10,14 +10,13 @@
 
 namespace dvdx::tool {
 
-// A run that can be gone on from keeps its states, and writes them all when it ends: whatever the format must know of states
-// before is then at hand. A run that goes on and is not written down itself gives its writer the kept ones first. S: as the
+// A run that writes checkpoints keeps its states and writes them all when it ends: the writer then has every earlier state that
+// its format needs. A resumed run that writes no checkpoints first gives its writer the kept states. S: the type in which
 // states are written.
 template <class S>
 class StatesOut {
  public:
-  // Throws Fault: usage where the run that is gone on from has not kept
-  // the states that are wanted; input_output as writers do.
+  // Throws Fault: usage if the resumed run has not kept the states that are wanted; input_output as writers do.
   StatesOut(Output output, const Frames& frames, Checkpoints& checkpoints);
   StatesOut(const StatesOut&) = delete;
   StatesOut& operator=(const StatesOut&) = delete;
@@ -39,7 +38,7 @@ class StatesOut {
   ParticleIds ids_;                          // of the run
   std::span<const std::uint32_t> kept_ids_;  // of the kept state that is being written
   bool is_writing_kept_ = false;
-  bool are_kept_due_ = false;  // before the first state that is written: by then the run knows what it went on from
+  bool are_kept_due_ = false;  // kept states go before the first that is written: by then the run has loaded its checkpoint
   std::unique_ptr<Writer<S>> writer_;
 };
 

@@ -9,7 +9,7 @@
 namespace dvdx::tool {
 namespace {
 
-// A rank that cannot write goes on without writing: the others wait for what it has to say of its parts.
+// A rank that cannot write continues without writing: the others wait for the sizes and CRCs of its parts.
 class ToPlaces final : public Sink {
  public:
   ToPlaces(Ranks& ranks, int descriptor, const std::filesystem::path& file, std::uint64_t place)
@@ -38,7 +38,7 @@ class ToPlaces final : public Sink {
     place_ = start_ + whole_.bytes;
     whole_.crc = in_turn(ranks_, whole_.crc, [&](std::uint32_t before) { return crc_of_both(before, part_.crc, part_.bytes); });
   }
-  // All is in the file.
+  // Writes the rest. Throws on all ranks if one could not write.
   [[nodiscard]] Stored finish() {
     flush();
     share_trouble(ranks_, trouble_);
@@ -57,7 +57,7 @@ class ToPlaces final : public Sink {
   Ranks& ranks_;
   int descriptor_;
   const std::filesystem::path& file_;
-  std::uint64_t start_, place_;  // of all, and of what is gathered
+  std::uint64_t start_, place_;  // start of all bytes, and of the gathered ones
   bool is_part_ = false;
   Stored whole_, part_;  // of all ranks so far, and of this rank's part
   std::string text_;     // gathered

@@ -1,4 +1,4 @@
-// A file that one rank writes or several: each its own parts, the first one what is alike for all.
+// A file that one rank or several write: each writes its own parts, and the first also the bytes that all share.
 #pragma once
 
 #include <cstdint>
@@ -14,8 +14,8 @@ struct Stored {
   std::uint32_t crc = 0;
 };
 
-// Writes what `save` makes to the file from `place` on. All ranks have the file open, and all learn of the whole. Throws
-// SharedFault (input_output) on all of them. To be called by all.
+// Writes the output of `save` to the file from byte `place` on, and returns size and CRC of the whole on every rank. All ranks
+// have the file open, and all must call it. Throws SharedFault (input_output) on all of them.
 [[nodiscard]] Stored write_together(Ranks& ranks, int descriptor, const std::filesystem::path& file, std::uint64_t place,
                                     const SaveRun& save);
 

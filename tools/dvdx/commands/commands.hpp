@@ -1,4 +1,4 @@
-// The subcommands: each adds itself to the command line and, where the user asks for it, does its work and sets the exit code.
+// The subcommands. Each function adds one to the command line; its callback does the work and sets the exit code.
 #pragma once
 
 #include "scene_io/fault.hpp"

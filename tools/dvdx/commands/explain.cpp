@@ -36,7 +36,7 @@ struct ExplainOptions {
   SceneOptions scene;
   EngineOptions engine;
   std::optional<std::uint64_t> ranks{};
-  std::string size{};     // that ranks are counted for, in place of the scene's
+  std::string size{};     // for which ranks are counted, in place of the scene's
   std::string picture{};  // of the efficiency over ranks
   Machine machine{};
 };
@@ -77,11 +77,11 @@ std::string explained(SceneFile& file, const Engine& engine) {
   place_at_start(file, state);
   const auto plan = compile<T>(file.scene, {.step = file.step, .isa = engine.isa, .arithmetic = engine.arithmetic}, state);
   if (!plan) throw fault_of(file, plan.error());
-  file.scene.coupling.scheme = plan->scene().coupling.scheme;  // that `auto` became
+  file.scene.coupling.scheme = plan->scene().coupling.scheme;  // the scheme that `auto` chose
   return plan->explain();
 }
 
-// s of a particle's sub-step on one thread here: the least of several calls, for a quarter of a second.
+// Measures the time in s of a particle's sub-step on one thread: the least of at least 3 calls, for a quarter of a second.
 template <class T>
 double measured(const SceneFile& file, const Engine& engine) {
   StateMemory<T> memory(engine.layout, file.particles.count, rounding_of(engine.precision));

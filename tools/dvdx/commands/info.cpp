@@ -33,7 +33,7 @@ std::vector<std::string_view> names(const std::vector<Isa>& isas) {
   return list;
 }
 
-// The instruction set of a run in this arithmetic. None where DVDX_ISA names one that the arithmetic has not got.
+// Returns the instruction set of a run in this arithmetic, or none if DVDX_ISA names one that the arithmetic lacks.
 std::optional<Isa> chosen(Arithmetic arithmetic) {
   const Isa isa = best_isa(arithmetic);
   const auto forced = forced_isa();
@@ -92,7 +92,7 @@ void add_info(CLI::App& app, Exit& /*exit*/) {
   command->footer("dvdx info --json");
   command->add_flag("--json", *json, "print one JSON object");
   command->callback([json] {
-    (void)engine_of({});  // refuses what DVDX_ISA asks for as a run does
+    (void)engine_of({});  // refuses a bad DVDX_ISA as a run does
     (*json ? print_info_json : print_info)();
   });
 }

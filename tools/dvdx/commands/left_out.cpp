@@ -1,4 +1,4 @@
-// Commands that this build leaves out, so that it is short: each says what builds it. DVDX_LAB of the build says which.
+// Commands that a short build leaves out, as DVDX_LAB of the build says. Each names the command that builds it.
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
@@ -12,7 +12,7 @@ namespace {
 void add_left_out(CLI::App& app, const std::string& name, const std::string& builds) {
   auto* command = app.add_subcommand(name, fmt::format("Not in this build: `{}` builds it", builds));
   command->footer("dvdx " + name + " scene.json");
-  command->allow_extras();  // whatever it would take
+  command->allow_extras();  // any arguments lead to the message below
   command->callback([name, builds] {
     throw Fault(Exit::usage, fmt::format("{} is not in this build, which leaves out what a first run does not need: `{}` in "
                                          "dvdx's source builds it (or cmake -DDVDX_LAB=all)",

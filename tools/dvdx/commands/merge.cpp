@@ -49,7 +49,7 @@ std::string cell(const Json& value) {
   return '"' + text + '"';
 }
 
-// CSV: a column for each key that any report has, in the order in which they come.
+// Returns CSV with a column for each key of any report, in the order of their first occurrence.
 std::string table_of(const Json& rows) {
   std::vector<std::string> columns;
   for (const auto& row : rows) {

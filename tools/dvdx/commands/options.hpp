@@ -10,12 +10,12 @@ class App;
 
 namespace dvdx::tool {
 
-// Which scene, and what of it is replaced.
+// Options that choose the scene and replace values in it.
 void add_scene_options(CLI::App& app, SceneOptions& options);
-// Those of these options that replace something in a scene without saying how it is stepped.
+// The subset that replaces values but not the way in which the scene is stepped.
 void add_scene_replacements(CLI::App& app, SceneOptions& options);
 
-// How it is run.
+// Options of how the scene is run.
 void add_engine_options(CLI::App& app, EngineOptions& options);
 // The same without the precision.
 void add_machine_options(CLI::App& app, EngineOptions& options);

@@ -47,7 +47,7 @@ Engine reference_engine(const ReportOptions& options) {
   return engine_of(engine);
 }
 
-// All scenes are read, and the place of the report is looked at, before any work is done.
+// Reads all scenes before any work is done.
 std::vector<SceneFile> read_scenes(const ReportOptions& options) {
   std::vector<SceneFile> files;
   for (const auto& path : options.scenes) {
@@ -59,7 +59,7 @@ std::vector<SceneFile> read_scenes(const ReportOptions& options) {
   return files;
 }
 
-// Before any work is done.
+// Refuses bad targets before any work is done.
 void check_targets(const OutputFolder& folder, const std::vector<SceneFile>& files) {
   for (const char* name : {"report.json", "report.html"}) {
     check_target(folder.path() / name);
@@ -79,7 +79,7 @@ void write_all(OutputFolder& folder, const report::Pictures& pictures, const std
   for (const auto& picture : pictures.all) add(picture.file, picture.svg);
   commit_all(files);
   std::error_code ignored;
-  if (!page) std::filesystem::remove(folder.path() / "report.html", ignored);  // which would show an older report
+  if (!page) std::filesystem::remove(folder.path() / "report.html", ignored);  // it would show an older report
   folder.keep();
 }
 

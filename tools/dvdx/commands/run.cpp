@@ -39,9 +39,9 @@ struct RunOptions {
   EngineOptions engine;
   std::string out;
   std::string events;
-  std::optional<std::uint64_t> every{};  // 0: the last state alone; where neither is given, as the file's kind has it
+  std::optional<std::uint64_t> every{};  // 0: the last state alone; if neither is given, the kind of file decides
   std::optional<double> fps{};           // 1/s
-  bool error = false;                    // a page is coloured by it
+  bool error = false;                    // colours a page by the error
   bool json = false;
   bool strict = false;
   CheckpointOptions checkpoint;
@@ -49,7 +49,7 @@ struct RunOptions {
 
 std::size_t most_particles(const SceneFile& file) { return std::max(file.particles.total(), file.turnover.capacity); }
 
-// Animations have 30 states a second; but a page not more than play well.
+// Animations have 30 states a second, but a page no more states than it plays well.
 Frames frames_of(const RunOptions& options, const LoadedScene& loaded) {
   if (options.every) return {.apart = static_cast<double>(*options.every)};
   if (options.fps) return frames_a_second(*options.fps, loaded.file.step);
@@ -61,8 +61,8 @@ Frames frames_of(const RunOptions& options, const LoadedScene& loaded) {
   return {.apart = std::max(frames.apart, std::ceil(static_cast<double>(loaded.steps) / static_cast<double>(most)))};
 }
 
-// A run's bits depend on all of this, but neither on threads nor on the layout, and on the instruction set only where
-// arithmetic is fast.
+// A run's bits depend on all of these. They do not depend on threads or layout, and on the instruction set only if arithmetic
+// is fast.
 RunIdentity identity_of(const RunOptions& options, const LoadedScene& loaded, const Engine& engine) {
   if (options.checkpoint.file.empty() && options.checkpoint.resume.empty()) return {};
   const auto& scene = options.scene;
@@ -131,7 +131,7 @@ Outcome simulate(const RunOptions& options, LoadedScene& loaded, const Engine& e
                               : run_all<T, Simulation<T>>(options, loaded, engine, ranks);
 }
 
-// Each file that is written or gone on from is a file of its own; but a checkpoint may replace the one before.
+// Files that are written must differ from each other and from those resumed from. Only a checkpoint may replace the one before.
 void check_files_differ(const RunOptions& options) {
   const auto refuse_same = [](const char* option, const std::string& file, const char* other, const std::string& of_other) {
     if (file.empty() || of_other.empty() || !is_same_file(file, of_other)) return;
@@ -183,7 +183,7 @@ Exit run_on(const RunOptions& options, Ranks& ranks, bool by_launcher) {
   return exit;
 }
 
-// A fault that one rank alone has met ends the others too: they would wait for it.
+// A fault of one rank alone ends the others too, which would otherwise wait for it.
 Exit run(const RunOptions& options) {
   const auto [ranks, by_launcher] = join_ranks();
   if (ranks->count() == 1) return run_on(options, *ranks, by_launcher);

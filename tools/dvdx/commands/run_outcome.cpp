@@ -32,7 +32,7 @@ std::string written_text(const std::vector<WrittenFile>& written) {
   return text;
 }
 
-// Why these sub-steps, and this scheme.
+// Reports why these sub-steps and this scheme were chosen.
 void report_estimates(const NetworkLimit& network, nlohmann::ordered_json& report) {
   if (network.choice) {
     const SchemeChoice& choice = *network.choice;
@@ -62,7 +62,7 @@ void report_meshes(const SceneFile& file, nlohmann::ordered_json& report) {
 
 nlohmann::ordered_json ends_of(const Pair& ends) { return {ends[0], ends[1]}; }
 
-// How far what joins particles went, and what energy there was.
+// Reports the greatest stretch of springs, the greatest error of rods, and the energy.
 void report_joins(const Outcome& outcome, nlohmann::ordered_json& report) {
   const Joins& joins = *outcome.joins;
   report["energy"]["most"] = joins.most_energy;
@@ -223,7 +223,7 @@ void print_table(const LoadedScene& loaded, const Engine& engine, const Outcome&
                                           of.constraint, ends_text(of.ends), of.time)
                             : "at their length");
   }
-  if (outcome.met) {  // a list that is too long has ended the run
+  if (outcome.met) {  // a list that is too long would have ended the run
     row("meetings", fmt::format("{:.2g} a particle, {} at most, 0 lists too long", outcome.met->pairs, outcome.met->most));
   }
   if (outcome.met && outcome.met->crossed) {

@@ -11,11 +11,11 @@
 
 namespace dvdx::tool {
 
-// Whom the outcome tells of, as the scene numbers them.
+// Replaces the particle indices in the outcome by the scene's own numbers.
 void name_particles(const Numbering& numbering, Outcome& outcome);
-// A line.
+// Returns one line about a mesh.
 [[nodiscard]] std::string text_of(const MeshNetwork& mesh);
-// ranks: where a launcher started them.
+// ranks: the number of ranks if a launcher started them.
 void print_outcome_json(const LoadedScene& loaded, const Engine& engine, const Outcome& outcome,
                         const std::vector<Warning>& warnings, std::optional<int> ranks);
 void print_table(const LoadedScene& loaded, const Engine& engine, const Outcome& outcome, std::optional<int> ranks);

@@ -25,7 +25,7 @@ std::vector<double> exact_positions(const SceneFile& file, const Moment& moment,
   return positions;
 }
 
-// The same scene in float64, a state after another.
+// Runs the same scene in float64 with finer steps, from one state to the next.
 class FinerRun {
  public:
   FinerRun(const LoadedScene& loaded, const Engine& engine)

@@ -1,4 +1,4 @@
-// Where the particles of a run should be.
+// The positions that the particles of a run should have.
 #pragma once
 
 #include <string>
@@ -14,8 +14,8 @@ struct RunReference {
   std::string text;  // what it is: "the closed form"
 };
 
-// The closed form where the scene has one; else a run in float64 with steps of an eighth, which is made along with the states.
-// `loaded` must outlive it. Throws Fault (bad_scene) where no plan can be made.
+// Returns the closed form if the scene has one, otherwise a run in float64 with steps of an eighth that advances along with the
+// states. `loaded` must outlive it. Throws Fault (bad_scene) if no plan can be made.
 [[nodiscard]] RunReference reference_of(const LoadedScene& loaded, const Engine& engine);
 
 }  // namespace dvdx::tool

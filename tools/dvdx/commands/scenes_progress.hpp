@@ -1,4 +1,4 @@
-// How far a measurement is, on stderr: over one line on a terminal, else a line every ten seconds.
+// Shows on stderr how far a measurement is: on one line of a terminal, otherwise a line every ten seconds.
 #pragma once
 
 #include <chrono>
@@ -12,10 +12,10 @@ class ScenesProgress {
   explicit ScenesProgress(std::size_t scenes);
   ScenesProgress(const ScenesProgress&) = delete;
   ScenesProgress& operator=(const ScenesProgress&) = delete;
-  ~ScenesProgress();  // takes the line away
+  ~ScenesProgress();  // erases the line
 
   void scene(std::size_t index, const std::string& name);
-  // `part` of the scene is done, 0 to 1.
+  // part: how much of the scene is done, 0 to 1.
   void at(double part, const std::string& what);
 
  private:

@@ -1,5 +1,5 @@
-// dvdx stability: where the methods stop working. The hard cases, each with its bar, the maps of what grows, and the heat of
-// sheets.
+// dvdx stability: where the methods stop working. Runs the hard cases against their bars, maps where each method grows, and
+// looks for sheets that heat.
 #include <fmt/format.h>
 #include <unistd.h>
 
@@ -34,9 +34,9 @@ namespace dvdx::tool {
 namespace {
 
 struct StabilityOptions {
-  std::string out;  // nothing is written where it is empty
+  std::string out;  // empty: nothing is written
   std::string only = "all";
-  std::vector<int> cases;  // all where it is empty
+  std::vector<int> cases;  // empty: all
   std::string arithmetic = std::string(arithmetics.front().name);
   bool coarse = false;
   bool json = false;
@@ -54,7 +54,7 @@ std::vector<stability::Case> chosen_cases(const StabilityOptions& options) {
   return cases;
 }
 
-// Cases that are picked by number are run alone.
+// Choosing cases by number runs these alone.
 bool is_wanted(const StabilityOptions& options, std::string_view part) {
   return options.only == part || (options.only == "all" && options.cases.empty());
 }
@@ -120,7 +120,7 @@ void write_all(OutputFolder& folder, const std::string& json, const std::vector<
 }
 
 Exit run(const StabilityOptions& options) {
-  (void)options.engine();  // refuses what DVDX_ISA asks for before anything is run
+  (void)options.engine();  // refuses a bad DVDX_ISA before anything is run
   std::optional<OutputFolder> folder;
   if (!options.out.empty()) {
     folder.emplace(options.out);
@@ -140,7 +140,7 @@ Exit run(const StabilityOptions& options) {
   if (folder) write_all(*folder, json, draw(maps, heat));
   const auto text =
       stability::to_text(rows, colour_here()) + stability::to_text(runs) + stability::to_text(maps) + stability::to_text(heat);
-  print_json(options.json ? json : text);  // the text has colours, and no name from outside
+  print_json(options.json ? json : text);  // print_json keeps the colours; no name from outside is in the text
   const bool is_good = stability::all_passed(rows) && stability::all_agree(maps) && stability::all_calm(heat);
   return is_good ? Exit::done : Exit::verification_failed;
 }

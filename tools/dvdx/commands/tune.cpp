@@ -22,7 +22,7 @@ namespace {
 
 struct TuneOptions {
   std::vector<std::string> scenes;
-  SceneOptions scene;  // what of every scene is replaced
+  SceneOptions scene;  // values that are replaced in every scene
   EngineOptions engine;
   tune::SearchOptions wish;
   bool exhaustive = false;
@@ -49,7 +49,7 @@ Exit run(TuneOptions options) {
   for (const auto& path : options.scenes) {
     scenes.push_back(options.scene);
     scenes.back().scene = path;
-    const auto loaded = load_scene(scenes.back(), Precision::float64);  // all are read before any work is done
+    const auto loaded = load_scene(scenes.back(), Precision::float64);  // reads all before any work is done
     refuse_turnover(loaded.file, "tune");
     refuse_tearing(loaded.file, "tune");
     refuse_meet(loaded.file, "tune");

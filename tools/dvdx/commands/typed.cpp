@@ -10,7 +10,7 @@
 namespace dvdx::tool {
 namespace {
 
-// All of the text, or nothing.
+// Returns the number that is the whole text, otherwise none.
 template <class Number>
 std::optional<Number> typed_number(const std::string& text) {
   Number number{};

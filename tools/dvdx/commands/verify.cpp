@@ -22,7 +22,7 @@
 namespace dvdx::tool {
 namespace {
 
-// Where no scene is named: one for each kind of pass.
+// The scenes that run if none is named: one for each kind of pass.
 constexpr std::array built_in = {
     R"({"format": "dvdx-scene/1", "name": "springs", "step": 0.01, "duration": 4,
         "particles": {"count": 1000, "position": {"uniform": {"min": [-1, -1, -1], "max": [1, 1, 1], "seed": 1}}},
@@ -248,7 +248,7 @@ Exit verify(const VerifyOptions& options) {
     Progress progress(precisions.size() * scenes.size());
     for (const SceneFile& scene : scenes) {
       for (const auto& precision : precisions) {
-        if (is_live(scene) && rounding_of(precision.value) == Rounding::compensated) continue;  // which they cannot be
+        if (is_live(scene) && rounding_of(precision.value) == Rounding::compensated) continue;  // live scenes never are
         const auto verify_one = is_live(scene) ? verify_live : verify_scene;
         verdicts.push_back(verify_one(scene, steps_of(scene), precision.value, only));
         progress.at(verdicts.size());

@@ -23,7 +23,7 @@ static_assert(std::endian::native == std::endian::little, "checkpoints are littl
 template <class V>
 concept Number = std::is_arithmetic_v<V>;
 
-// Where bytes go. Each of several ranks that write one file has a sink of its own and writes the same to it, but for parts.
+// A destination of bytes. If several ranks write one file, each has its own sink and writes the same to it, except for parts.
 class Sink {
  public:
   Sink() = default;
@@ -31,7 +31,7 @@ class Sink {
   Sink& operator=(const Sink&) = delete;
   virtual ~Sink() = default;
   virtual void write(std::string_view bytes) = 0;
-  // The bytes written in between, so many, are this rank's part, behind those of the ranks before it.
+  // The bytes written between these calls, `bytes` of them, are this rank's part, behind those of the ranks before it.
   virtual void begin_part(std::uint64_t /*bytes*/) {}
   virtual void end_part() {}
 
@@ -44,14 +44,14 @@ class Sink {
     put<std::uint64_t>(values.size());
     write({reinterpret_cast<const char*>(values.data()), values.size() * sizeof(V)});
   }
-  // Without their count: a part.
+  // Writes the values without their count, as a part.
   template <Number V>
   void put_part(std::span<const V> values) {
     begin_part(values.size() * sizeof(V));
     write({reinterpret_cast<const char*>(values.data()), values.size() * sizeof(V)});
     end_part();
   }
-  // The first `count`, whatever the layout: a part.
+  // Writes the first `count` elements, in any layout, as a part.
   template <class T>
   void put(const Column<T>& column, std::size_t count) {
     std::array<T, 4096> some;
@@ -65,10 +65,10 @@ class Sink {
   }
 };
 
-// The rest of a writing: to be called with the sink that it goes to.
+// Writes prepared data to the sink that it is called with.
 using SaveRun = std::function<void(Sink&)>;
 
-// Where they come from.
+// The origin of bytes, for reading back.
 class Source {
  public:
   Source() = default;
@@ -78,7 +78,7 @@ class Source {
   virtual void read(char* bytes, std::size_t count) = 0;
   virtual void skip(std::uint64_t count) = 0;
   [[nodiscard]] virtual std::uint64_t left() const = 0;  // bytes
-  [[noreturn]] virtual void fail() const = 0;            // it holds something else than was to be read
+  [[noreturn]] virtual void fail() const = 0;            // throws: the bytes are not those that were to be read
 
   template <Number V>
   [[nodiscard]] V get() {
@@ -108,7 +108,7 @@ class Source {
   }
 };
 
-// A rank's particles of the `all` in a file: those from `first` on.
+// A rank's particles, from `first` on, of the `all` in a file.
 struct Stretch {
   std::size_t first = 0, all = 0;
 };
@@ -124,7 +124,7 @@ void for_each_column(State& state, const Use& use) {
   }
 }
 
-// all: particles of all ranks.
+// all: the number of particles of all ranks.
 template <class T>
 void put_state(Sink& sink, const State<T>& state, std::size_t all) {
   sink.put<std::uint64_t>(all);
@@ -133,7 +133,7 @@ void put_state(Sink& sink, const State<T>& state, std::size_t all) {
   for_each_column(state, [&](const Column<T>& column) { sink.put(column, state.count); });
 }
 
-// A column of a file of which `count` numbers from stretch.first on are wanted.
+// Reads `count` numbers of a column from stretch.first on, and skips the others.
 template <class T>
 void get_stretch(Source& source, const Column<T>& column, std::size_t count, const Stretch& stretch) {
   source.skip(stretch.first * sizeof(T));
@@ -141,7 +141,7 @@ void get_stretch(Source& source, const Column<T>& column, std::size_t count, con
   source.skip((stretch.all - stretch.first - count) * sizeof(T));
 }
 
-// As many numbers as there is room for.
+// Reads values.size() numbers likewise.
 template <Number V>
 void get_stretch(Source& source, std::span<V> values, const Stretch& stretch) {
   source.skip(stretch.first * sizeof(V));
@@ -149,7 +149,7 @@ void get_stretch(Source& source, std::span<V> values, const Stretch& stretch) {
   source.skip((stretch.all - stretch.first - values.size()) * sizeof(V));
 }
 
-// As many particles as the state has.
+// Reads as many particles as the state has.
 template <class T>
 void get_state(Source& source, State<T>& state, const Stretch& stretch) {
   if (source.get<std::uint64_t>() != stretch.all) source.fail();

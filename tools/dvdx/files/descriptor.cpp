@@ -18,7 +18,7 @@ void refuse_to_write(const std::filesystem::path& file, int error) {
 }
 
 Descriptor::Descriptor(const std::filesystem::path& file, int flags) {
-  constexpr mode_t everyone = 0666;  // less what umask takes
+  constexpr mode_t everyone = 0666;  // without the bits of umask
   number_ = open(file.c_str(), O_WRONLY | O_CREAT | O_CLOEXEC | flags, everyone);
   if (number_ < 0) refuse_to_write(file, errno);
 }
@@ -45,11 +45,11 @@ void sync_folder_of(const std::filesystem::path& file) {
   if (descriptor < 0) refuse_to_write(file, errno);
   const int error = fsync(descriptor) == 0 ? 0 : errno;
   close(descriptor);
-  if (error != 0 && error != EINVAL) refuse_to_write(file, error);  // EINVAL: a file system that knows no such thing
+  if (error != 0 && error != EINVAL) refuse_to_write(file, error);  // EINVAL: the file system cannot sync a directory
 }
 
 std::uint32_t crc_of(std::string_view bytes, std::uint32_t before) {
-  if (bytes.empty()) return before;  // zlib takes a null pointer for a question after the first CRC
+  if (bytes.empty()) return before;  // for a null pointer zlib returns the initial CRC
   return static_cast<std::uint32_t>(crc32_z(before, reinterpret_cast<const Bytef*>(bytes.data()), bytes.size()));
 }
 

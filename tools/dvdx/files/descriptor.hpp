@@ -1,4 +1,4 @@
-// Files by descriptors: what must be on the disk when a call returns.
+// Files by descriptors, for data that must be on the disk when a call returns.
 #pragma once
 
 #include <cstdint>
@@ -16,7 +16,7 @@ namespace dvdx::tool {
 
 class Descriptor {
  public:
-  // Throws Fault (input_output) where it cannot be opened to be written.
+  // Throws Fault (input_output) if the file cannot be opened for writing.
   Descriptor(const std::filesystem::path& file, int flags);
   Descriptor(const Descriptor&) = delete;
   Descriptor& operator=(const Descriptor&) = delete;
@@ -27,14 +27,14 @@ class Descriptor {
   int number_;
 };
 
-// All of them, however many calls it takes.
+// Writes all bytes, in as many system calls as needed.
 void write_all_at(int descriptor, const std::filesystem::path& file, std::uint64_t place, std::string_view bytes);
 // Returns once all that was written to the file is on the disk.
 void sync_file(int descriptor, const std::filesystem::path& file);
-// The same for the names in the folder in which it stands.
+// The same for the names in the file's directory.
 void sync_folder_of(const std::filesystem::path& file);
 
-// CRC-32 (zlib's) of bytes that follow on bytes with the CRC `before`.
+// Returns the CRC-32 (zlib's) of `bytes` behind bytes with the CRC `before`.
 [[nodiscard]] std::uint32_t crc_of(std::string_view bytes, std::uint32_t before = 0);
 
 // The CRC of bytes with the CRC `before`, followed by `count` bytes with the CRC `after`.
@@ -43,7 +43,7 @@ void sync_folder_of(const std::filesystem::path& file);
 // A file's bytes from `first` on, `count` of them.
 class FileSource final : public Source {
  public:
-  // Throws Fault (input_output) where it cannot be read.
+  // Throws Fault (input_output) if it cannot be read.
   FileSource(std::filesystem::path file, std::uint64_t first, std::uint64_t count);
   ~FileSource() override;
 

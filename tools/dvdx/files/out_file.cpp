@@ -11,7 +11,7 @@
 namespace dvdx::tool {
 
 OutFile::OutFile(const std::filesystem::path& path, Open open, std::filesystem::path named) : named_(std::move(named)) {
-  constexpr mode_t everyone = 0666;  // less what umask takes
+  constexpr mode_t everyone = 0666;  // without the bits of umask
   number_ = ::open(path.c_str(), O_WRONLY | O_CLOEXEC | (open == Open::anew ? O_CREAT | O_TRUNC : 0), everyone);
   if (number_ < 0) refuse_to_write(named_, errno);
 }

@@ -1,5 +1,5 @@
-// A file that is written in large pieces, whatever the size of those it is given: each call of the system costs what copying
-// some kilobytes does.
+// A file that gathers the bytes it is given and writes them in large pieces: a system call costs as much as copying some
+// kilobytes.
 #pragma once
 
 #include <cstdint>
@@ -9,17 +9,17 @@
 
 namespace dvdx::tool {
 
-// Throws Fault (input_output) from every member that writes, which calls the file `named`.
+// Every member that writes throws Fault (input_output), whose message calls the file `named`.
 class OutFile {
  public:
-  enum class Open { anew, as_it_is };  // made, and emptied where it is there already; or there already
+  enum class Open { anew, as_it_is };  // anew: creates or empties the file; as_it_is: opens an existing one
   OutFile(const std::filesystem::path& path, Open open, std::filesystem::path named);
   OutFile(const OutFile&) = delete;
   OutFile& operator=(const OutFile&) = delete;
-  ~OutFile();  // what is not yet in the file is lost
+  ~OutFile();  // bytes that are not yet in the file are lost
 
   void put_at(std::uint64_t place, std::string_view bytes);
-  void close();  // all bytes are in the file; nothing may follow
+  void close();  // writes all bytes; nothing may follow
 
  private:
   static constexpr std::size_t most = std::size_t{1} << 20U;
@@ -29,7 +29,7 @@ class OutFile {
 
   std::filesystem::path named_;
   int number_;
-  std::uint64_t place_ = 0;  // of what is gathered
+  std::uint64_t place_ = 0;  // where the gathered bytes go
   std::string gathered_;
 };
 

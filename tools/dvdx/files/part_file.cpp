@@ -37,7 +37,7 @@ void check_target(const fs::path& target) {
 
 bool is_same_file(const fs::path& a, const fs::path& b) {
   std::error_code error;
-  if (fs::equivalent(a, b, error)) return true;  // of links too
+  if (fs::equivalent(a, b, error)) return true;  // follows links too
   const auto place = [&](const fs::path& path) { return fs::weakly_canonical(fs::absolute(path, error), error); };
   return place(a) == place(b);
 }
@@ -63,7 +63,7 @@ void PartFile::make() {
   file_ = std::make_unique<OutFile>(part(), OutFile::Open::anew, target_);
 }
 
-// The first rank makes the file, the others find it by its name.
+// The first rank creates the file, then the others open it by its name.
 void PartFile::open_together() {
   std::string name;
   together(ranks_, [&] {

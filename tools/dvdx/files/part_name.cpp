@@ -21,7 +21,7 @@ namespace fs = std::filesystem;
 
 constexpr std::string_view part_mark = ".part-";
 
-// Where processes are known by the same numbers: one start of one machine, one namespace of them. None where that is not told.
+// Identifies the space in which process numbers are unique: one boot of one machine, one PID namespace. None if unknown.
 std::optional<std::uint64_t> numbering() {
   std::ifstream file("/proc/sys/kernel/random/boot_id");
   std::string start;
@@ -31,9 +31,9 @@ std::optional<std::uint64_t> numbering() {
   return std::hash<std::string>{}(start + space.string());
 }
 
-// In ticks since the machine started: a number is given again, but not with it. None where that is not told.
+// Returns a process's start in ticks since boot, or none if unknown. A process number is reused, but not with the same start.
 std::optional<std::uint64_t> start_of(pid_t process) {
-  constexpr int fields_before = 19;  // behind the name of the program, which may hold anything
+  constexpr int fields_before = 19;  // skipped behind the name of the program, which may hold anything
   std::ifstream file(fmt::format("/proc/{}/stat", process));
   std::string line;
   if (!std::getline(file, line)) return std::nullopt;
@@ -54,7 +54,7 @@ std::string owner_text(const PartOwner& owner) {
   return fmt::format("{:016x}-{}-{}", owner.numbering, owner.process, owner.start);
 }
 
-// None of a name that is no part's, or does not tell whose it is.
+// Returns none if the name is no part's or does not tell its owner.
 std::optional<PartOwner> owner_of(const std::string& name) {
   const auto at = name.rfind(part_mark);
   if (!name.starts_with('.') || at == std::string::npos) return std::nullopt;
@@ -66,7 +66,7 @@ std::optional<PartOwner> owner_of(const std::string& name) {
   return owner.process > 0 && owner_text(owner) == text ? std::optional(owner) : std::nullopt;
 }
 
-// A process that cannot be looked at may live.
+// A process that cannot be inspected counts as alive.
 bool may_live(const PartOwner& owner) {
   if (kill(owner.process, 0) != 0 && errno == ESRCH) return false;
   const auto start = start_of(owner.process);
@@ -75,7 +75,7 @@ bool may_live(const PartOwner& owner) {
 
 }  // namespace
 
-// A file's name may have 255 bytes: of a long one a part stands here, and a hash of all of it.
+// A file name has at most 255 bytes: a long one is cut, and a hash of the whole name is appended.
 fs::path part_beside(const fs::path& target) {
   auto name = target.filename().string();
   constexpr std::size_t most = 160;

@@ -22,9 +22,9 @@ namespace {
 
 using Entry = Temporary::Entry;
 
-// A handler's view of the program, as it gets no argument. The owning thread alone changes the list while signals wait, and
-// alone walks it in a handler. Files stand behind their directory. Never destroyed, as a signal may come while the program
-// ends.
+// Global, because a signal handler gets no argument. Only the owning thread changes the list, while signals are held, and only
+// it walks the list in a handler. Files stand behind their directory. Never destroyed, because a signal may come while the
+// program ends.
 std::vector<const Entry*>& entries() {
   static auto* const all = new std::vector<const Entry*>;
   return *all;

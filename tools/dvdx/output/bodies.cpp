@@ -9,7 +9,7 @@
 namespace dvdx::tool {
 namespace {
 
-constexpr std::size_t around = 48;   // sides of what is round
+constexpr std::size_t around = 48;   // sides of a circle
 constexpr std::size_t quarter = 12;  // rows from a pole to the equator
 
 void add_quad(std::vector<Patch>& patches, const Corner& a, const Corner& b, const Corner& c, const Corner& d) {
@@ -26,7 +26,7 @@ std::vector<Patch> inside_out(std::vector<Patch> patches) {
   return patches;
 }
 
-// A circle of the surface: what it is round, where along the axis, and how the normal leans.
+// A circle of a surface: its middle, its radius, and the normal's parts along the axis and outwards.
 struct Ring {
   Vec3 middle{};
   double radius = 0;
@@ -50,7 +50,7 @@ std::vector<Patch> turned_about(const Vec3& axis, const std::vector<Ring>& rings
   return patches;
 }
 
-// Adds those of a ball about `center`, from one angle to the axis to a smaller one.
+// Adds the rings of a ball about `center`, from one angle to the axis down to a smaller one.
 void add_rings(std::vector<Ring>& rings, const Vec3& center, double radius, const Vec3& axis, double from, double to) {
   const auto rows = static_cast<std::size_t>(std::ceil((from - to) / (0.5 * std::numbers::pi) * static_cast<double>(quarter)));
   for (std::size_t row = 0; row <= rows; ++row) {

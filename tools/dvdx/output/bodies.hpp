@@ -1,4 +1,4 @@
-// Bodies that a scene's particles meet, as triangles.
+// The bodies of a scene's contacts, as triangles.
 #pragma once
 
 #include <array>
@@ -11,10 +11,10 @@ namespace dvdx::tool {
 
 using Patch = std::array<Corner, 3>;  // counter-clockwise, seen from where particles may be
 
-// The contact where it is written. A plane has none: it has no end.
+// Returns a contact's surface where the scene puts it. A plane has none, because it has no end.
 [[nodiscard]] std::vector<Patch> surface_of(const Contact& contact);
 
-// Where a motion has what follows it. time: s.
+// Returns the pose that a motion gives its followers. time: s.
 [[nodiscard]] Pose pose_at(const Motion& motion, double time);
 [[nodiscard]] Patch carried(const Patch& patch, const Motion& motion, const Pose& pose);
 

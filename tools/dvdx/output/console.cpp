@@ -13,7 +13,7 @@ namespace {
 
 struct Character {
   char32_t code;
-  std::size_t bytes;  // 0: the first byte starts none, and the code is nothing
+  std::size_t bytes;  // 0: the first byte starts no character, and the code means nothing
 };
 
 // The first character of a text that is not empty.

@@ -1,4 +1,4 @@
-// One row a particle a state, numbers in the shortest form that reads back to the same bits.
+// CSV: one row per particle and state, numbers in the shortest form that reads back to the same bits.
 #include <fmt/format.h>
 
 #include <iterator>

@@ -25,7 +25,7 @@ int exponent_of(double value) {
 
 std::uint32_t zigzag(std::int64_t number) { return static_cast<std::uint32_t>(number < 0 ? -2 * number - 1 : 2 * number); }
 
-// How the residuals of a state may be coded, and about how many bits that takes.
+// A way to code the residuals of a state, and about how many bits it takes.
 struct Coding {
   int order = 0;
   Difference difference = Difference::none;
@@ -91,7 +91,7 @@ double diagonal(const Box& box) {
   return std::hypot(box.high[0] - box.low[0], box.high[1] - box.low[1], box.high[2] - box.low[2]);
 }
 
-// Without so many at each end of each axis.
+// Returns the box without `most` points at each end of each axis.
 Box box_without(std::size_t most, const std::array<std::vector<float>, 3>& points) {
   Box box;
   for (std::size_t axis = 0; axis < 3; ++axis) {
@@ -127,7 +127,7 @@ void FrameCoder<T>::choose(std::size_t count, std::span<const std::uint32_t> ids
     std::sort(taken_.begin(), taken_.end(), is_before);
 }
 
-// Marks the last state's particles that are not there any more, and forgets where they were. Returns how many.
+// Marks those particles of the last state that are gone, and forgets their positions. Returns their number.
 template <class T>
 std::size_t FrameCoder<T>::leave(std::span<const std::uint32_t> ids) {
   std::vector<std::uint32_t> now_ids;
@@ -160,7 +160,7 @@ void FrameCoder<T>::append_gone(std::string& bytes) const {
   }
 }
 
-// Positions of the state as float32, the box of everything so far, and how many are not finite: those stay where they were.
+// Takes positions as float32 and extends the bounds. Returns how many particles are not finite: those stay where they were.
 template <class T>
 std::size_t FrameCoder<T>::take(const State<T>& state) {
   const std::size_t count = taken_.size();

@@ -1,4 +1,4 @@
-// At which steps of a run states are written.
+// The steps of a run at which states are written.
 #pragma once
 
 #include <algorithm>
@@ -12,7 +12,7 @@ struct Frames {
 
   [[nodiscard]] bool is_last_alone() const noexcept { return apart == 0; }
 
-  // The first step after `done` that is written, of a run of `steps`. The last one always is.
+  // Returns the first step after `done` at which a run of `steps` writes a state. The last step always does.
   [[nodiscard]] std::uint64_t next(std::uint64_t done, std::uint64_t steps) const noexcept {
     if (is_last_alone() || apart >= static_cast<double>(steps)) return steps;
     auto frame = static_cast<std::uint64_t>(static_cast<double>(done) / apart);
@@ -20,11 +20,11 @@ struct Frames {
     return std::min(steps, step_of(frame));
   }
 
-  // How many states such a run writes: step 0, one every so often, and the last.
+  // Returns the number of states that such a run writes: step 0, one every `apart` steps, and the last.
   [[nodiscard]] std::uint64_t states(std::uint64_t steps) const noexcept {
     if (is_last_alone() || steps == 0) return 1;
     if (apart >= static_cast<double>(steps)) return 2;
-    auto before = static_cast<std::uint64_t>(static_cast<double>(steps) / apart);  // the end
+    auto before = static_cast<std::uint64_t>(static_cast<double>(steps) / apart);  // frames before the end
     while (step_of(before) < steps) ++before;
     while (step_of(before - 1) >= steps) --before;
     return before + 1;

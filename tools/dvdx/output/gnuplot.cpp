@@ -22,7 +22,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// A directory of its own that is gone when its owner is, and the files that a script needs there.
+// A temporary directory with the files that a script needs, removed together with this object.
 class Workshop {
  public:
   Workshop() {
@@ -43,7 +43,7 @@ class Workshop {
   [[nodiscard]] const fs::path& said() const { return said_->path(); }
 
  private:
-  std::optional<Temporary> folder_;  // goes last
+  std::optional<Temporary> folder_;  // destroyed last
   std::optional<Temporary> script_;
   std::optional<Temporary> drawn_;
   std::optional<Temporary> said_;

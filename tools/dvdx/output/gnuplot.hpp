@@ -7,10 +7,10 @@
 
 namespace dvdx::tool {
 
-// Text as gnuplot takes it word for word; a line end would end the literal, and what follows would be a command.
+// Returns text as a literal of gnuplot. A line end would end the literal, and the rest would be a command.
 [[nodiscard]] std::string gnuplot_literal(std::string_view text);
 
-// Runs the scripts, each of which draws to its standard output, and returns what they drew; or why that failed.
+// Runs the scripts, each of which draws to its standard output. Returns their pictures, or why that failed.
 [[nodiscard]] tl::expected<std::vector<std::string>, std::string> run_gnuplot(const std::vector<std::string>& scripts);
 
 }  // namespace dvdx::tool

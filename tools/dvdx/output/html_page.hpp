@@ -1,4 +1,4 @@
-// The pages that tools/viewer builds: HTML files, whole but for the data that they show.
+// The pages that tools/viewer builds: HTML files, complete except for the data that they show.
 #pragma once
 
 #include <filesystem>
@@ -15,11 +15,11 @@ struct HtmlPage {
   std::string after;
 };
 
-// "playback" or "report", from the folder that the environment variable DVDX_VIEWER names, or from viewer/ beside the program,
-// or from ../share/dvdx/viewer (installed). The error says what is missing and how to get it.
+// Finds "playback" or "report" in the folder that the environment variable DVDX_VIEWER names; if it names none, in viewer/
+// beside the program or in ../share/dvdx/viewer (installed). The error says what is missing and how to get it.
 [[nodiscard]] tl::expected<HtmlPage, std::string> find_page(std::string_view name);
 
-// <script type="text/x-dvdx-NAME">, whose text a browser leaves alone.
+// Returns a <script type="text/x-dvdx-NAME"> element, whose text a browser leaves alone.
 [[nodiscard]] std::string json_element(std::string_view name, const nlohmann::ordered_json& json);
 
 }  // namespace dvdx::tool

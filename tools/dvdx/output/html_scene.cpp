@@ -63,7 +63,7 @@ Json json_of(const Motion& motion) {
   return {{"center", motion.center}, {"keys", std::move(keys)}};
 }
 
-// The sides of a grid's cells at rest, m: along its rows, and down its columns.
+// A grid's particles, and the sides of its cells at rest, m: along its rows, and down its columns.
 Json json_of(const Grid& grid, const Numbering& numbering) {
   const auto side = [](const Vec3& edge, std::size_t points) {
     return std::hypot(edge[0], edge[1], edge[2]) / static_cast<double>(points - 1);
@@ -146,7 +146,7 @@ void add_rests(const std::vector<Pair>& pairs, const Scalars& lengths, const Num
   }
 }
 
-// Lengths of springs and rods that are not those of the start, by their ends.
+// Returns the lengths of springs and rods that are not those of the start, sorted by their ends.
 std::vector<Rest> rests_of(const Scene& scene, const Numbering& numbering) {
   std::vector<Rest> rests;
   for (const auto& network : scene.networks) {

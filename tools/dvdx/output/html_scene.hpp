@@ -9,13 +9,13 @@
 
 namespace dvdx::tool {
 
-// One particle in so many is shown. Joined particles are all needed for their lines and faces.
+// Returns n if one particle in n is shown. Joined particles are all shown, because lines and faces need them.
 [[nodiscard]] std::size_t stride_of(const Output& output);
 
-// m: of each of the topology's lines, its length at rest; 0: what it has at the start.
+// Returns the rest length in m of each of the topology's lines; 0: its length at the start.
 [[nodiscard]] std::vector<float> rest_lengths(const Output& output);
 
-// Names, surroundings, what moves them, pins and anchors: tools/viewer/src/playback/scene.ts has the keys.
+// Returns names, surroundings, their motions, pins and anchors. tools/viewer/src/playback/scene.ts has the keys.
 [[nodiscard]] nlohmann::ordered_json scene_json(const Output& output);
 
 }  // namespace dvdx::tool

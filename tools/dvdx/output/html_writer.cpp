@@ -1,4 +1,4 @@
-// A page that plays the states: the viewer's own page with the scene, its joints and a frame a state in script elements.
+// A page that plays the states: the viewer's page with the scene, its joints and one frame per state in script elements.
 #include <fmt/format.h>
 
 #include <nlohmann/json.hpp>
@@ -114,7 +114,7 @@ class HtmlWriter final : public Writer<T> {
 
  private:
   Output output_;
-  std::vector<std::uint64_t> steps_;  // of the frames, where springs tear
+  std::vector<std::uint64_t> steps_;  // of the frames, if springs tear
   std::string after_;
   ReferencePositions reference_;
   ParticleIds ids_;

@@ -31,7 +31,7 @@ std::string npy_header(std::string_view type, const std::string& shape) {
   return header + text;
 }
 
-// Bytes that are written, and their CRC-32.
+// The number of written bytes, and their CRC-32.
 struct Counted {
   std::uint64_t bytes = 0;
   std::uint32_t crc = 0;
@@ -46,7 +46,7 @@ struct Counted {
   }
 };
 
-// Those of all ranks, one after the other. Called by all.
+// Returns the number and CRC of all ranks' bytes, one rank after the other. All ranks must call it.
 Counted counted_by_all(Ranks* ranks, const Counted& mine) {
   if (ranks == nullptr) return mine;
   const auto count = static_cast<std::size_t>(ranks->count());
@@ -100,7 +100,7 @@ class NpzWriter final : public Writer<T> {
   enum Index : std::size_t { steps, times, positions, velocities, members };
   static constexpr const char* type = sizeof(T) == 4 ? "<f4" : "<f8";
   static constexpr std::size_t element = 3 * sizeof(T);
-  // The permissions that libzip gives what it takes from either, which archives have had all along.
+  // The permissions that libzip gives members from memory and from files, as archives have always had them.
   static constexpr std::uint32_t from_memory = 0666, from_file = 0644;
 
   void add_member(Index index, std::string name, std::string header, std::uint64_t bytes, std::uint32_t permissions) {
@@ -130,7 +130,7 @@ class NpzWriter final : public Writer<T> {
   std::size_t first_, particles_;
   PartFile file_;
   StoredZip archive_;
-  std::array<std::string, members> starts_;  // NumPy's headers; of steps and times all that there is
+  std::array<std::string, members> starts_;  // NumPy's headers; for steps and times the data too
   std::array<Counted, members> written_;
 };
 

@@ -44,8 +44,8 @@ class ObjText {
   std::string text_;
 };
 
-// Blender's importer drops a vertex that no element holds, and a cache of another count than the mesh's moves nothing: a line
-// from it to itself keeps it. A mesh of vertices alone stays whole without.
+// Blender's importer drops a vertex that no element uses, and a cache of another count than the mesh's moves nothing. A line
+// from such a vertex to itself keeps it. A mesh of vertices alone needs no such lines.
 std::vector<std::array<std::size_t, 2>> holding_lines(const Topology& topology, std::size_t count) {
   std::vector<std::array<std::size_t, 2>> lines;
   if (topology == no_topology) return lines;

@@ -12,7 +12,7 @@ namespace dvdx::tool {
 
 inline constexpr std::string_view obj_mark = "# dvdx: ";  // how every .obj that is written here starts
 
-// Vertices, faces and lines. all: particles of all ranks.
+// Writes vertices, faces and lines. all: the number of particles of all ranks.
 template <class T>
 void write_obj(PartFile& file, std::string_view title, const Topology& topology, std::size_t all, const State<T>& state);
 

@@ -1,4 +1,4 @@
-// A .obj a state, in frames that are numbered where there are several: what every program that knows meshes reads.
+// One .obj per state, numbered if there are several. Every program that knows meshes reads it.
 #include <fmt/format.h>
 
 #include <filesystem>
@@ -20,7 +20,7 @@ class ObjWriter final : public Writer<T> {
       return;
     }
     old_frames_ = old_frames(output_);
-    const PartFile probe(numbered(output_.target, 0), output_.ranks);  // so that a disk that takes nothing is known now
+    const PartFile probe(numbered(output_.target, 0), output_.ranks);  // reports a disk that takes nothing before the run
   }
 
   void write(const Moment& moment, const State<T>& state) override {
@@ -39,7 +39,7 @@ class ObjWriter final : public Writer<T> {
 
   Output output_;
   std::vector<std::filesystem::path> old_frames_;
-  Topology left_;  // where some have torn
+  Topology left_;  // if some have torn
   std::vector<PartFile> files_;
 };
 

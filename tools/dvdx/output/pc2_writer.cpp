@@ -53,7 +53,7 @@ void put_points(const State<T>& state, const PartFile::Put& put) {
   put(bytes);
 }
 
-// The user named the .pc2 alone: a .obj of that name may be the mesh that the scene was made from.
+// The user named only the .pc2: an existing .obj that dvdx did not write may be the scene's own mesh, and is not replaced.
 fs::path checked_obj(const fs::path& target) {
   auto path = obj_beside(target);
   check_target(path);

@@ -49,7 +49,7 @@ int paeth(int left, int above, int corner) {
   return to_above <= to_corner ? above : corner;
 }
 
-// A row as differences from what the filter foretells: the filter that leaves the least.
+// Returns a row as differences from the prediction of that filter which leaves the smallest differences.
 std::string filtered(const std::uint8_t* row, const std::uint8_t* above, std::size_t bytes) {
   std::string best;
   std::size_t least = 0;
@@ -72,7 +72,7 @@ std::string filtered(const std::uint8_t* row, const std::uint8_t* above, std::si
   return best;
 }
 
-// The shorter of the rows as they are, which flat colours like, and as differences.
+// Returns the shorter of the plain rows, which suit flat colours, and the filtered rows.
 std::string packed_rows(const Picture& picture) {
   const std::size_t bytes = channels * picture.width;
   std::string plain;
@@ -111,7 +111,7 @@ std::string AnimatedPng::add(const Picture& picture, double seconds) {
   append_big(control, chunks_++);
   append_big(control, static_cast<std::uint32_t>(picture.width));
   append_big(control, static_cast<std::uint32_t>(picture.height));
-  append_big(control, std::uint64_t{0});  // where it stands
+  append_big(control, std::uint64_t{0});  // its offset
   append_big(control, static_cast<std::uint16_t>(std::clamp(std::round(1000 * seconds), 1.0, 65535.0)));
   append_big(control, std::uint16_t{1000});  // ms
   append_big(control, std::uint16_t{0});     // stays until the next one replaces it

@@ -19,7 +19,7 @@ struct Picture {
 // 33 levels of red, green and blue: a third of the bytes.
 [[nodiscard]] Picture with_fewer_colours(Picture picture);
 
-// Pictures of one size that follow one another for ever: an animated PNG, which what knows no animation shows the first of.
+// An animated PNG: pictures of one size that follow one another for ever. Programs without animation show the first.
 class AnimatedPng {
  public:
   explicit AnimatedPng(std::size_t pictures) : pictures_(pictures) {}

@@ -14,11 +14,11 @@ namespace dvdx::tool {
 struct FilePiece {
   std::vector<std::uint32_t> particles;  // numbers in the whole: its own, ascending, then those of others that its cells reach
   std::size_t own = 0;
-  Topology topology;                              // by places in `particles`
-  std::vector<std::array<std::size_t, 1>> loose;  // its own that no line and no face holds, of whatever piece; likewise
+  Topology topology;                              // by indices in `particles`
+  std::vector<std::array<std::size_t, 1>> loose;  // its own that no line and no face of any piece holds; likewise
 };
 
-// owner: of each particle, below `count`. A line or face is of the piece that owns its first corner.
+// owner: the piece of each particle, below `count`. A line or face belongs to the piece that owns its first corner.
 [[nodiscard]] std::vector<FilePiece> pieces_of(const Topology& topology, std::span<const std::uint32_t> owner,
                                                std::size_t count);
 

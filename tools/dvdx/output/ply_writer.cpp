@@ -1,4 +1,4 @@
-// A file a state, binary little endian: x y z vx vy vz of every particle, then the faces and edges that join them.
+// One file per state, binary little endian: x y z vx vy vz of every particle, then the faces and edges that join them.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -69,7 +69,7 @@ class PlyWriter final : public Writer<T> {
         joints_header_(joints_header(*output.topology)),
         joints_(joints(*output.topology)) {
     const PartFile probe(numbered(output_.target, 0),
-                         output_.ranks);  // so that a disk that takes nothing is known before the run
+                         output_.ranks);  // reports a disk that takes nothing before the run
   }
 
   void write(const Moment& moment, const State<T>& state) override {

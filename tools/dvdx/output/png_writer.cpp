@@ -1,4 +1,4 @@
-// Pictures of the states: the last one or a series of them as .png, all of them as one that moves as .apng.
+// Pictures of the states: the last one or a series as .png, all of them in one animation as .apng.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -32,13 +32,13 @@ constexpr Ink line{0.24F, 0.27F, 0.34F};
 constexpr Ink dot{0.13F, 0.38F, 0.70F};
 }  // namespace inks
 
-// A state as it is drawn: places in float32, measured from the first place of all, which a scene far out needs.
+// A state as it is drawn: positions in float32 from the first position of all, so that a scene far out keeps its digits.
 struct Shot {
   Moment moment{};
   std::vector<std::array<float, 3>> places{};
 };
 
-// The middle of the picture is where nearly all loose particles are; joined ones are all in it.
+// Leaves out the outermost loose particles, so that the picture shows nearly all of them. Joined ones are all in it.
 void keep_nearly_all(std::vector<Vec3>& points) {
   constexpr double left_out = 0.005;  // at either end of each axis
   const auto few = static_cast<std::ptrdiff_t>(left_out * static_cast<double>(points.size()));
@@ -115,14 +115,14 @@ class Stage {
     const Topology& topology = torn != 0 ? left_ : *output_.topology;
     draw_faces(raster, topology, shot.places.size(), place);
     draw_loose(raster, topology, shot.places.size(), place);
-    for (std::size_t i = 0; i < std::min(radii_.size(), shot.places.size()); ++i) {  // fewer where they come and go
+    for (std::size_t i = 0; i < std::min(radii_.size(), shot.places.size()); ++i) {  // fewer if they come and go
       if (radii_[i] > 0 && is_finite(place(i))) raster.add_ball(place(i), radii_[i], inks::dot);
     }
     return raster.picture();
   }
 
  private:
-  // The balls around the points, along each axis, are in the picture too.
+  // Adds the ends of the balls around the points along each axis, so that they are in the picture too.
   static void add_ends(double radius, std::vector<Vec3>& points) {
     const std::size_t balls = points.size();
     points.reserve(7 * balls);
@@ -140,7 +140,7 @@ class Stage {
     for (const Vec3& point : points) most = std::max(most, length(difference(point, points.front())));
     return most > 0 ? most : 1;
   }
-  // As a page looks: from the front where all is in one plane, else from a little to the right and above.
+  // Returns the view of a page: from the front if all is in one plane, otherwise from a little to the right and above.
   [[nodiscard]] Vec3 direction(const std::vector<Vec3>& points) const {
     const bool is_flat = std::all_of(points.begin(), points.end(), [&](const Vec3& point) {
       return std::abs(point[2] - points.front()[2]) < 0.05 * extent({points.front(), point});
@@ -158,7 +158,7 @@ class Stage {
       if (const auto* plane = std::get_if<Plane>(&scene_.contacts[c])) draw_plane(raster, *plane, moved);
     }
   }
-  // A piece of it in tiles, about what is looked at.
+  // Draws a piece of the plane in tiles, around the middle of the scene.
   template <class Moved>
   void draw_plane(Raster& raster, const Plane& plane, const Moved& moved) const {
     constexpr int half = 8;  // tiles from the middle to the edge
@@ -181,7 +181,7 @@ class Stage {
     }
   }
 
-  // In triangles about the first corner of each, smooth over the sides that they share.
+  // Draws each face as triangles about its first corner, shaded smoothly over the sides that faces share.
   template <class Place>
   static void draw_faces(Raster& raster, const Topology& topology, std::size_t count, const Place& place) {
     std::vector<Vec3> normals(topology.faces.empty() ? 0 : count);
@@ -201,7 +201,7 @@ class Stage {
                           Sides::both, inks::front, inks::back);
     });
   }
-  // Lines that are no side of a face, and particles that nothing joins.
+  // Draws lines with an end that belongs to no face, and particles that nothing joins.
   template <class Place>
   void draw_loose(Raster& raster, const Topology& topology, std::size_t count, const Place& place) const {
     constexpr double line_width = 2;

@@ -1,5 +1,5 @@
-// VTK XML PolyData in pieces: of each state a .vtp for each rank and the .pvtp that names them, a .pvd that gives each .pvtp
-// its time, and under the name that was asked for the last state's .pvtp. ParaView opens either. Each rank writes its own
+// VTK XML PolyData in pieces: for each state a .vtp per rank and a .pvtp that names them; a .pvd that gives each .pvtp its
+// time; and the last state's .pvtp under the name that was asked for. ParaView opens the last two. Each rank writes its own
 // piece.
 #include <fmt/format.h>
 
@@ -45,7 +45,7 @@ std::string index_of(const char* type, Ghosts ghosts, const std::vector<std::str
   return text_of(document);
 }
 
-// Files that an older series has left: pieces of more ranks, and states behind the last one of this.
+// Returns files that an older series has left: pieces of more ranks, and states behind the last one of this series.
 std::vector<fs::path> older_files(const Output& output, int pieces) {
   std::vector<fs::path> files = old_frames(output);
   std::error_code ignored;
@@ -68,7 +68,7 @@ class SteppedPiece {
         memory_(piece_.particles.size()) {}
 
   [[nodiscard]] const FilePiece& piece() const noexcept { return piece_; }
-  // Called by all ranks.
+  // All ranks must call it.
   [[nodiscard]] State<T> taken(const State<T>& range) {
     State<T> mine = memory_.view();
     exchange_.from_ranges(range, mine);
@@ -107,7 +107,7 @@ class PvtpWriter final : public Writer<T> {
     });
   }
 
-  // The indices come last: what they name is there.
+  // The index files come last, when the files that they name exist.
   void finish() override {
     const SignalsHeld held;
     try {
@@ -150,7 +150,7 @@ class PvtpWriter final : public Writer<T> {
   OneRank alone_;
   Ranks& ranks_;
   Output mine_;                               // this rank's piece
-  std::unique_ptr<SteppedPiece<T>> stepped_;  // where each particle has its owner
+  std::unique_ptr<SteppedPiece<T>> stepped_;  // if each particle has its owner
   std::vector<fs::path> older_;
   std::vector<PartFile> pieces_;
   std::vector<TimedFile> listed_;

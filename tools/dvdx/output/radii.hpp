@@ -1,4 +1,4 @@
-// The size at which particles that are balls are drawn.
+// The radii of particles that are drawn as balls.
 #pragma once
 
 #include <vector>
@@ -7,7 +7,7 @@
 
 namespace dvdx::tool {
 
-// m: of each number by which the file names particles; none where they are no balls. A number that no particle has has 0.
+// Returns m for each number by which the file names particles, 0 for one of no particle. Empty if particles are no balls.
 [[nodiscard]] std::vector<double> radii_of(const Output& output);
 
 }  // namespace dvdx::tool

@@ -9,8 +9,8 @@ namespace {
 constexpr std::size_t finer = 2;             // pixels that become one, along each axis
 constexpr double half_height = 0.36;         // of what is seen at distance 1: 40 degrees
 constexpr double aspect = 16.0 / 9.0;        // width over height, of every picture
-constexpr double margin = 0.92;              // of the picture that is used
-constexpr double nearer_for_a_line = 0.998;  // so that what lies on a surface is seen
+constexpr double margin = 0.92;              // part of the picture that is used
+constexpr double nearer_for_a_line = 0.998;  // so that a line on a surface is visible
 
 }  // namespace
 
@@ -147,7 +147,7 @@ void Raster::add_dot(const Vec3& place, double pixels, const Ink& ink) {
   }
 }
 
-// A disc of the ball's size across the middle, as deep and as bright as the ball is there.
+// Draws a disc of the ball's size through its middle, with the depth and the brightness of the ball at each pixel.
 void Raster::add_ball(const Vec3& place, double radius, const Ink& ink) {
   const Seen at = seen(place);
   if (!(at.depth > camera_.near)) return;

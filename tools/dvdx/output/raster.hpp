@@ -15,15 +15,15 @@ namespace dvdx::tool {
 using Ink = std::array<float, 3>;
 
 struct Camera {
-  Vec3 right{1, 0, 0}, up{0, 1, 0}, back{0, 0, 1};  // unit, across one another; it looks along -back
+  Vec3 right{1, 0, 0}, up{0, 1, 0}, back{0, 0, 1};  // unit, orthogonal; it looks along -back
   Vec3 eye{};
-  double near = 0;  // what is nearer is not seen
+  double near = 0;  // anything nearer is not drawn
 };
 
 // A camera that has all points in its picture, seen from the direction `back` with `up` upwards; `points` are finite.
 [[nodiscard]] Camera camera_on(std::span<const Vec3> points, const Vec3& back, const Vec3& up);
 
-// From where a triangle is seen: a body's from its front alone, cloth's from both sides.
+// The sides from which a triangle is visible: a body's from its front alone, cloth's from both sides.
 enum class Sides { front, both };
 
 struct Corner {
@@ -33,10 +33,10 @@ struct Corner {
 
 class Raster {
  public:
-  // Drawn twice as wide and high as the picture, which is then the mean.
+  // Draws at twice the picture's width and height. The picture is the mean.
   Raster(std::size_t width, std::size_t height, const Camera& camera, const Ink& ground);
 
-  // Front is where the corners go round counter-clockwise.
+  // The front is the side from which the corners go round counter-clockwise.
   void add_triangle(const std::array<Corner, 3>& corners, Sides sides, const Ink& front, const Ink& back);
   void add_line(const Vec3& from, const Vec3& to, double pixels, const Ink& ink);
   void add_dot(const Vec3& place, double pixels, const Ink& ink);

@@ -1,4 +1,4 @@
-// Vectors of pictures.
+// Vector operations for pictures.
 #pragma once
 
 #include <array>
@@ -16,12 +16,12 @@ namespace dvdx::tool {
   return {a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]};
 }
 [[nodiscard]] inline double length(const Vec3& a) noexcept { return std::sqrt(dot(a, a)); }
-// Zero where a is.
+// Returns zero if a is zero.
 [[nodiscard]] inline Vec3 unit(const Vec3& a) noexcept {
   const double size = length(a);
   return size > 0 ? scaled(a, 1 / size) : Vec3{};
 }
-// A unit vector across a unit one.
+// Returns a unit vector orthogonal to a unit vector.
 [[nodiscard]] inline Vec3 across(const Vec3& a) noexcept {
   return unit(cross(a, std::abs(a[0]) < 0.7 ? Vec3{1, 0, 0} : Vec3{0, 1, 0}));
 }
@@ -29,7 +29,7 @@ namespace dvdx::tool {
   return std::isfinite(a[0]) && std::isfinite(a[1]) && std::isfinite(a[2]);
 }
 
-// By the rotation vector: axis times angle, rad.
+// Rotates p by a rotation vector: axis times angle, rad.
 [[nodiscard]] inline Vec3 rotated(const Vec3& p, const Vec3& rotation) noexcept {
   const double angle = length(rotation);
   const Vec3 axis = unit(rotation);

@@ -9,11 +9,11 @@ namespace dvdx::tool {
 namespace {
 
 constexpr std::uint64_t most_bytes =
-    std::numeric_limits<std::uint32_t>::max();          // in 32 bits; itself it says "look at the extra field"
+    std::numeric_limits<std::uint32_t>::max();          // in 32 bits; this value means "look at the extra field"
 constexpr std::uint16_t zip_version = 10;               // 1.0
 constexpr std::uint16_t version_64 = 45;                // 4.5: sizes of 64 bits
 constexpr std::uint16_t written_by = (3U << 8U) | 63U;  // Unix, 6.3
-constexpr std::uint32_t plain_file = 0100000;           // beside its permissions in Unix's mode
+constexpr std::uint32_t plain_file = 0100000;           // with the permissions in Unix's mode
 
 bool is_large(std::uint64_t number) { return number >= most_bytes; }
 
@@ -22,7 +22,7 @@ void append_least(std::string& bytes, std::uint64_t number) {
   append_bytes(bytes, static_cast<T>(std::min<std::uint64_t>(number, std::numeric_limits<T>::max())));
 }
 
-// The extra field of what does not fit into 32 bits; nothing where all does.
+// Returns the extra field of numbers that do not fit into 32 bits; empty if all fit.
 std::string extra_of(const std::vector<std::uint64_t>& large) {
   std::string bytes;
   if (large.empty()) return bytes;
@@ -32,10 +32,10 @@ std::string extra_of(const std::vector<std::uint64_t>& large) {
   return bytes;
 }
 
-// From the version that is needed to the lengths of the name and of the extra field: alike in header and directory.
+// Appends the fields from the needed version to the lengths of name and extra field: header and directory share them.
 void append_common(std::string& bytes, const ZipMember& member, const std::string& extra) {
   constexpr std::uint16_t first_date =
-      (1U << 5U) | 1U;  // no clock's, so that the same run gives the same bytes: 1 January 1980
+      (1U << 5U) | 1U;  // a fixed date, so that the same run gives the same bytes: 1 January 1980
   append_bytes(bytes, extra.empty() ? zip_version : version_64);
   append_bytes<std::uint16_t>(bytes, 0);  // flags
   append_bytes<std::uint16_t>(bytes, 0);  // stored

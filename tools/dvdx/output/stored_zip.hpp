@@ -1,5 +1,5 @@
-// The ZIP archive (PKWARE's APPNOTE.TXT 6.3) of members that are stored as they are, in the bytes that libzip 1.7 gives it.
-// Libraries take a member's bytes one member after the other. Here each member has its place before any byte is known, so that
+// A ZIP archive (PKWARE's APPNOTE.TXT 6.3) of members that are stored as they are, in the same bytes as libzip 1.7 makes it.
+// Libraries take members' bytes one member after the other. Here each member has its place before any byte is known, so that
 // members grow side by side and several ranks write them.
 #pragma once
 
@@ -13,7 +13,7 @@ struct ZipMember {
   std::string name{};
   std::uint64_t bytes = 0;
   std::uint32_t permissions = 0644;
-  std::uint32_t crc = 0;  // CRC-32 of its bytes, which its place does not depend on
+  std::uint32_t crc = 0;  // CRC-32 of its bytes; its place does not depend on it
 };
 
 struct StoredZip {
@@ -22,7 +22,7 @@ struct StoredZip {
   [[nodiscard]] std::uint64_t header_place(std::size_t member) const;
   [[nodiscard]] std::string header(std::size_t member) const;  // its bytes follow
   [[nodiscard]] std::uint64_t bytes_place(std::size_t member) const;
-  [[nodiscard]] std::string directory() const;  // stands behind the last member, where header_place(members.size()) is
+  [[nodiscard]] std::string directory() const;  // stands at header_place(members.size()), behind the last member
 };
 
 }  // namespace dvdx::tool

@@ -30,7 +30,7 @@ class Base64Put {
     bytes_ += bytes;
     if (bytes_.size() >= most) put_whole();
   }
-  // Fewer than three bytes at the end become their letters and padding, or nothing.
+  // Fewer than three bytes at the end become letters and padding, or are left out.
   enum class End { padded, left_out };
   void finish(End end) {
     put_whole();
@@ -64,8 +64,8 @@ std::array<char, 2> last_two(const void* end_of_number, std::size_t size) {
   return two;
 }
 
-// The last two bytes of the nearest rank before this one that has any: three bytes make four letters, so what does not fill
-// three goes to the next rank.
+// Returns the last two bytes of the nearest rank before this one that has any. Three bytes make four letters, so bytes that do
+// not fill three go to the next rank.
 std::array<char, 2> bytes_before(Ranks& ranks, bool has_bytes, const std::array<char, 2>& last) {
   constexpr std::uint64_t has = std::uint64_t{1} << 16U;
   std::vector<std::uint64_t> all(static_cast<std::size_t>(ranks.count()), 0);
@@ -114,7 +114,7 @@ Array columns_array(const Stretch& stretch, const std::array<Column<T>, 3>& colu
   return array;
 }
 
-// Numbers of which number(i) is the i-th of all.
+// Returns the array whose i-th number of all is number(i).
 template <class Number>
 Array numbers_array(const Stretch& stretch, std::size_t here, const Number& number) {
   constexpr std::size_t element = sizeof(std::int64_t);
@@ -143,7 +143,7 @@ struct Cells {
   Array connectivity, offsets;
 };
 
-// The first of several ranks has all of them.
+// The first of several ranks has all cells.
 template <class Shapes>
 Cells cells_of(const Output& output, const char* element, const char* count_name, const Shapes& shapes) {
   constexpr std::size_t size = sizeof(std::int64_t);
@@ -177,8 +177,8 @@ Cells cells_of(const Output& output, const char* element, const char* count_name
           })};
 }
 
-// ParaView draws only what is in a cell: a particle that nothing joins is one of its own. Where nothing joins any, of several
-// ranks each has those of its own.
+// ParaView draws only points of cells, so a particle that nothing joins is a cell of its own. If nothing joins any particles,
+// each of several ranks has the cells of its own.
 Cells loose_cells(const Stretch& stretch, std::size_t here) {
   const auto corner = [](std::size_t i) { return static_cast<std::int64_t>(i); };
   const auto end = [](std::size_t i) { return static_cast<std::int64_t>(i) + 1; };
@@ -199,7 +199,7 @@ Array ghosts_array(const FilePiece& piece) {
           }};
 }
 
-// loose: those that nothing joins, where anything joins others. The cells refer to it and to the topology.
+// loose: the particles that nothing joins, if others are joined. The cells refer to it and to the topology.
 std::vector<Cells> all_cells(const Output& output, const Topology& topology, const Loose& loose, const Stretch& stretch,
                              std::size_t here) {
   std::vector<Cells> all;
@@ -225,7 +225,7 @@ void add_array(pugi::xml_node parent, const char* name, const char* type, int co
   array.text() = text;
 }
 
-// A file's text: what is alike for all ranks, with a mark in each array's place, and the arrays.
+// A file's text is a skeleton, the same on all ranks, with a mark in each array's place.
 constexpr char mark = '@';  // nothing else that is written here has one
 
 void write_text(PartFile& file, Ranks* ranks, std::string_view skeleton, std::span<const Array* const> arrays) {

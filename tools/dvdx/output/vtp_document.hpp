@@ -1,4 +1,4 @@
-// A state as VTK XML PolyData with inline base64, streamed: never a whole array, nor its text, is in memory.
+// A state as VTK XML PolyData with inline base64, streamed: no whole array, nor its text, is ever in memory.
 #pragma once
 
 #include <pugixml.hpp>
@@ -10,7 +10,7 @@
 
 namespace dvdx::tool {
 
-// The root of a VTK file of that type.
+// Adds the root of a VTK file of that type.
 [[nodiscard]] pugi::xml_node add_vtk_root(pugi::xml_document& document, const char* type);
 [[nodiscard]] std::string text_of(const pugi::xml_document& document);
 
@@ -19,18 +19,18 @@ template <class T>
   return sizeof(T) == 4 ? "Float32" : "Float64";
 }
 
-// The state's time, which VTK reads from here.
+// Adds the state's time, which VTK reads from here.
 void add_time(pugi::xml_node data, const Moment& moment);
 
-// The array that is 1 for a piece's points that are another piece's.
+// The array that is 1 for those points of a piece that another piece owns.
 inline constexpr const char* vtk_ghosts = "vtkGhostType";
 
-// All of a .vtp. Where output has ranks, each writes its part. Where it is of a piece whose particles have owners, the points
-// that are another's are marked.
+// Writes a whole .vtp. If output has ranks, each writes its part. If it is a piece whose particles have owners, points that
+// another piece owns are marked.
 template <class T>
 void write_poly_data(PartFile& file, const Output& output, const Moment& moment, const State<T>& state);
 
-// The .pvd that gives files their times, written once all of them are known.
+// The .pvd gives files their times. It is written once all of them are known.
 struct TimedFile {
   double time;  // s
   std::string file;

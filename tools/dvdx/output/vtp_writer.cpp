@@ -1,4 +1,4 @@
-// VTK XML PolyData, a file a state, and a .pvd that gives each file its time: what ParaView opens.
+// VTK XML PolyData for ParaView: one file per state, and a .pvd that gives each file its time.
 #include <filesystem>
 #include <vector>
 

@@ -22,10 +22,10 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// Which files a format makes of a target.
+// The files that a format makes for a target.
 enum class Files { one, one_or_series, series, indexed_series, pieces, mesh_beside };
 
-// The states that are written where nothing else is asked for.
+// The states that are written unless others are asked for.
 enum class Use { last_state, animation };
 
 template <class T>
@@ -77,7 +77,7 @@ std::vector<fs::path> targets_of(const Output& output, Files files) {
   return targets;
 }
 
-// Nothing that the scene was read from is written over or removed.
+// Refuses to write over or remove files that the scene was read from.
 void check_targets(const Output& output, Files files) {
   const auto sources = output.scene != nullptr ? std::span<const fs::path>(output.scene->sources) : std::span<const fs::path>();
   for (const auto& target : targets_of(output, files)) {
@@ -92,7 +92,7 @@ void check_targets_together(const Output& output, Files files) {
   together(output.ranks, [&] { check_targets(output, files); });
 }
 
-// A format that needs a whole state, which the first rank receives.
+// A writer for formats that need whole states, which the first rank receives.
 template <class T>
 class WrittenByFirst final : public Writer<T> {
  public:
@@ -123,7 +123,7 @@ class WrittenByFirst final : public Writer<T> {
  private:
   [[nodiscard]] bool is_first() const noexcept { return ranks_.rank() == 0; }
 
-  // Returns how many of the `all` particles of a state this rank receives into `whole`.
+  // Receives the state into `whole`: all particles on the first rank, none on others. Returns their number.
   std::size_t take(std::size_t all, const State<T>& state, State<T>& whole) {
     std::vector<std::uint32_t> numbers(is_first() ? all : 0);
     std::iota(numbers.begin(), numbers.end(), 0U);

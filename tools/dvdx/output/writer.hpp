@@ -1,4 +1,4 @@
-// States to a file, one after another.
+// Writes states to a file, one after another.
 #pragma once
 
 #include <array>
@@ -28,7 +28,7 @@ struct Moment {
   double time = 0;  // s
 };
 
-// Nothing is at the target before finish(), and nothing is left behind where finish() is not reached.
+// Nothing is at the target before finish(), and nothing is left behind if finish() is not reached.
 template <class T>
 class Writer {
  public:
@@ -43,11 +43,11 @@ class Writer {
 inline const Topology no_topology{};
 inline const Numbering own_numbering{};
 
-// x, y, z of each stride-th particle at a moment, m; asked for in ascending order of time.
+// Returns x, y, z in m of each stride-th particle at a moment. It is called in ascending order of time.
 using ReferencePositions = std::function<std::vector<double>(const Moment&, std::size_t stride)>;
 
-// The ids of the first `count` particles that come and go: each higher than all before it were when it came, and never used
-// again.
+// Returns the ids of the first `count` particles that come and go. A new particle's id is higher than all earlier ids, and no
+// id is used again.
 using ParticleIds = std::function<std::span<const std::uint32_t>(std::size_t count)>;
 
 enum class Counts { fixed, changing };
@@ -55,33 +55,33 @@ enum class Counts { fixed, changing };
 // All that is known of an output before it is written.
 struct Output {
   std::filesystem::path target;
-  std::size_t particles = 0;  // of every state, or the most there may be where counts change
+  std::size_t particles = 0;  // of every state, or at most if counts change
   std::uint64_t states = 0;
   const Topology* topology = &no_topology;   // never null, and outlives the writer
-  const std::vector<Tear>* tears = nullptr;  // what of it tears meanwhile, in the order of the steps; may be null
+  const std::vector<Tear>* tears = nullptr;  // springs of it that tear, in the order of the steps; may be null
   Counts counts = Counts::fixed;             // changing: nothing joins the particles
-  // By which files and `topology` name particles: where it is not their own, all that is written is. Never null, and outlives
-  // the writer.
+  // The numbers by which files and `topology` name particles. If these are not the particles' own, all output uses them. Never
+  // null, and outlives the writer.
   const Numbering* numbering = &own_numbering;
-  // Shown by a page or a picture in addition; other writers ignore it.
+  // Pages and pictures show it too; other writers ignore it.
   const SceneFile* scene = nullptr;
   ReferencePositions reference{};  // where the states should be
-  std::string reference_text{};    // what that is
-  ParticleIds ids{};               // where counts change; asked for after each state
-  // Where several ranks hold the particles, each of them writes its range, from `first` on. A page is written by the first.
+  std::string reference_text{};    // a text that names the reference
+  ParticleIds ids{};               // if counts change; asked for after each state
+  // If several ranks hold the particles, each writes its range, from `first` on. The first writes pages and pictures.
   Ranks* ranks = nullptr;
-  std::size_t first = 0;               // where counts are fixed
-  std::vector<std::uint32_t> owner{};  // the rank in whose piece each particle is; none: in that of the rank that writes it
-  const FilePiece* piece = nullptr;    // what of them the states are, where they are not all
+  std::size_t first = 0;               // if counts are fixed
+  std::vector<std::uint32_t> owner{};  // rank whose piece has each particle; none: the rank that writes it
+  const FilePiece* piece = nullptr;    // the piece of all particles that the states are, if they are not whole
 };
 
-// Throws Fault (usage) where no writer knows the extension.
+// Throws Fault (usage) if no writer knows the extension.
 void check_extension(const std::filesystem::path& target);
 
-// Whether states are written there to be played: 30 a second where nothing else is asked for.
+// Whether states are written there to be played: 30 a second by default.
 [[nodiscard]] bool is_animation(const std::filesystem::path& target);
 [[nodiscard]] bool is_page(const std::filesystem::path& target);
-// Whether whole states are drawn there, with what they meet: by one rank.
+// Whether one rank draws whole states there, with the bodies that they meet.
 [[nodiscard]] bool is_drawn(const std::filesystem::path& target);
 
 // ".csv, .npz, ... or .html"
@@ -91,20 +91,20 @@ void check_extension(const std::filesystem::path& target);
 struct WrittenFile {
   std::filesystem::path file;
   std::filesystem::path last{};  // of a series, whose first is `file`
-  std::uint64_t states = 0;      // 0: it goes with another
+  std::uint64_t states = 0;      // 0: a file that goes with another
 };
 [[nodiscard]] std::vector<WrittenFile> files_of(const Output& output);
 
-// Whether each state there is in pieces, one for each rank that has stepped it.
+// Whether each state is written in pieces, one for each rank that has stepped it.
 [[nodiscard]] bool is_in_pieces(const std::filesystem::path& target);
 
-// By the target's extension. Throws Fault: usage as above, or where the format holds one count for all states and they change;
-// input_output where the target cannot be written.
+// Makes a writer by the target's extension. Throws Fault: usage as above, or if the format holds one count for all states and
+// counts change; input_output if the target cannot be written.
 template <class T>
 [[nodiscard]] std::unique_ptr<Writer<T>> make_writer(const Output& output);
 
-// Hands a writer that it makes by `make` each state with a point for every number of output.numbering: those of one particle
-// are where it is, and those of none stand still. The output's ranks must be null: the states are whole.
+// Gives a writer made by `make` each state with a point for every number of output.numbering: all numbers of a particle are
+// where it is, and numbers of none stand still. The output's ranks must be null: the states are whole.
 template <class T>
 [[nodiscard]] std::unique_ptr<Writer<T>> make_writer_by_number(const Output& output,
                                                                std::unique_ptr<Writer<T>> (*make)(const Output&));
@@ -136,22 +136,22 @@ template <class T>
 // fall.pvtp, 12, 3 -> fall-000012-0003.vtp
 [[nodiscard]] std::filesystem::path piece_of(const std::filesystem::path& target, std::uint64_t index, int rank);
 
-// Frames at the target that an older and longer series left: those that follow on from the last one of this.
+// Returns frames at the target that an older and longer series left: those behind the last frame of this one.
 [[nodiscard]] std::vector<std::filesystem::path> old_frames(const Output& output);
 
 // Commits the files, then removes the old frames. Throws Fault (input_output).
 void commit_series(std::vector<PartFile>& files, const std::vector<std::filesystem::path>& old_frames);
 
-// How many tears there are until the end of a step.
+// Returns the number of tears until the end of a step.
 [[nodiscard]] std::size_t tears_until(const Output& output, std::uint64_t step);
 
-// The particles that no line and no face holds, in order.
+// Returns the particles that belong to no line and no face, in order.
 [[nodiscard]] std::vector<std::array<std::size_t, 1>> loose_particles(const Topology& topology, std::size_t count);
 
-// Where this rank's `here` particles of a state stand among all. Called by all ranks that write it.
+// Returns where this rank's `here` particles of a state stand among all. All ranks that write it must call it.
 [[nodiscard]] Stretch stretch_of(const Output& output, std::size_t here);
 
-// x0 y0 z0 x1 ... of so many columns, as bytes, some at a time.
+// Passes x0 y0 z0 x1 ... of the columns to `put` as bytes, some at a time.
 template <class T>
 void put_interleaved(std::span<const Column<T>> columns, std::size_t count, const std::function<void(std::string_view)>& put);
 

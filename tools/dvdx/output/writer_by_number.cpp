@@ -1,4 +1,4 @@
-// States as a scene numbers their particles, to any writer.
+// Passes states to any writer, with particles as a scene numbers them.
 #include <utility>
 #include <vector>
 
@@ -64,7 +64,7 @@ class WriterByNumber final : public Writer<T> {
     return numbers;
   }
 
-  // A spring that tears is torn between all that its ends are.
+  // A spring that tears is torn between all numbers of its two ends.
   void take_tears() {
     for (; tears_ != nullptr && taken_ < tears_->size(); ++taken_) {
       const Tear& tear = (*tears_)[taken_];
@@ -78,7 +78,7 @@ class WriterByNumber final : public Writer<T> {
   const std::vector<Tear>* tears_;
   std::size_t taken_ = 0;  // of them
   std::vector<Tear> torn_;
-  std::vector<std::vector<std::uint32_t>> sharers_;  // the numbers of each particle, where springs tear
+  std::vector<std::vector<std::uint32_t>> sharers_;  // the numbers of each particle, if springs tear
   Soa<T> memory_;
   std::unique_ptr<Writer<T>> writer_;
 };

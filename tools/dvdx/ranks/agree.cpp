@@ -11,7 +11,7 @@ void wait_for_all(Ranks& ranks) {
 }
 
 void share_trouble(Ranks& ranks, const std::optional<Trouble>& mine) {
-  // The lowest rank in trouble is the highest of what is left to it.
+  // The lowest rank in trouble has the highest count - rank.
   double first = mine ? ranks.count() - ranks.rank() : 0;
   ranks.highest(std::span(&first, 1));
   if (first == 0) return;

@@ -1,4 +1,4 @@
-// Facts that several ranks find out together.
+// Faults and values on which several ranks agree.
 #pragma once
 
 #include <cstdint>
@@ -12,7 +12,7 @@
 
 namespace dvdx::tool {
 
-// A fault that all ranks have learned of: rank 0 has the message, for the others there is nothing to say.
+// A fault that all ranks have learned of. Rank 0 has the message; those of the others are empty.
 class SharedFault final : public Fault {
  public:
   using Fault::Fault;
@@ -24,10 +24,10 @@ struct Trouble {
   std::string message;
 };
 
-// Throws SharedFault on all ranks where one of them, or more, has trouble: the lowest one's. To be called by all.
+// Throws SharedFault on all ranks if any has trouble: that of the lowest such rank. All ranks must call it.
 void share_trouble(Ranks& ranks, const std::optional<Trouble>& mine);
 
-// The fault, bad allocation or other exception that `work` ends by.
+// Returns the fault, bad allocation or other exception that ends `work`, or none.
 template <class Work>
 [[nodiscard]] std::optional<Trouble> trouble_of(const Work& work) {
   try {
@@ -42,11 +42,11 @@ template <class Work>
   return std::nullopt;
 }
 
-// Until all have come here: a launcher ends every rank as soon as one has failed, which must not be before the first has said
-// why.
+// Returns when all ranks have called it. A launcher ends every rank as soon as one has failed, which must not be before the
+// first rank has printed why.
 void wait_for_all(Ranks& ranks);
 
-// Each rank does its part of `work`, in which it waits for no other one; then all go on, or none.
+// Runs `work` on each rank, which must not wait for another rank in it. Then all ranks continue, or all throw.
 template <class Work>
 auto together(Ranks& ranks, const Work& work) {
   if (ranks.count() == 1) return work();
@@ -60,13 +60,13 @@ auto together(Ranks& ranks, const Work& work) {
   }
 }
 
-// The same where there may be no ranks at all.
+// The same; null means one process without ranks.
 template <class Work>
 auto together(Ranks* ranks, const Work& work) {
   return ranks == nullptr ? work() : together(*ranks, work);
 }
 
-// From rank to rank: each makes of what the one before has left what it leaves to the next. All of them get the last one's.
+// Passes a value from rank to rank: each makes its own from that of the rank before it. All ranks get the last one's.
 template <class Value, class Work>
 [[nodiscard]] Value in_turn(Ranks& ranks, Value value, const Work& work) {
   static_assert(std::is_trivially_copyable_v<Value>);
@@ -77,7 +77,7 @@ template <class Value, class Work>
   return value;
 }
 
-// The same where there may be no ranks at all.
+// The same; null means one process without ranks.
 template <class Value, class Work>
 [[nodiscard]] Value in_turn(Ranks* ranks, Value value, const Work& work) {
   return ranks == nullptr ? work(value) : in_turn(*ranks, value, work);

@@ -13,7 +13,7 @@
 namespace dvdx::tool {
 namespace {
 
-// The place where piece k begins: `all` places in `parts` pieces as even as can be, place i in piece i parts / all.
+// Returns the index at which piece k begins, if `all` indices are cut as evenly as possible: index i is in piece i parts / all.
 std::uint64_t begin_of(std::uint64_t all, std::uint64_t parts, std::uint64_t k) { return (k * all + parts - 1) / parts; }
 
 struct Direction {
@@ -37,8 +37,8 @@ struct Piece {
   std::uint64_t first = 0, length = 0;
   std::uint64_t all = 0, parts = 1;  // of the sheet
 
-  // Whether the sheet has place `at`, and whose it is. Places count from the piece's begin on; those from `taken` on (`length`,
-  // or fewer) lie behind the piece.
+  // Whether the sheet has index `at`, and which piece owns it. Indices count from the beginning of the piece, which is taken as
+  // `taken` long (`length`, or less): those from `taken` on lie behind it.
   [[nodiscard]] bool is_there(std::int64_t at, std::int64_t taken) const noexcept {
     return at < 0 ? first >= static_cast<std::uint64_t>(-at)
                   : at < taken || first + length + static_cast<std::uint64_t>(at - taken) < all;
@@ -54,7 +54,7 @@ struct Block {
   Piece rows, columns;
 };
 
-// In how many places of `length`, of a sheet that is `all` long, an end stands from which a step of `by` stays in the sheet.
+// Returns from how many of the `length` indices from `first` on a step of `by` stays in a sheet that is `all` long.
 std::uint64_t ends_within(std::uint64_t first, std::uint64_t length, std::uint64_t all, std::int64_t by) {
   const auto low = std::max<std::int64_t>(static_cast<std::int64_t>(first), by < 0 ? -by : 0);
   const auto high = std::min<std::int64_t>(static_cast<std::int64_t>(first + length),
@@ -62,7 +62,7 @@ std::uint64_t ends_within(std::uint64_t first, std::uint64_t length, std::uint64
   return high > low ? static_cast<std::uint64_t>(high - low) : 0;
 }
 
-// The number of these places from which the step stays in the piece too.
+// Returns from how many of a piece's `length` indices a step of `by` stays in the piece.
 std::uint64_t ends_inside(std::uint64_t length, std::int64_t by) {
   const auto far = static_cast<std::uint64_t>(by < 0 ? -by : by);
   return length > far ? length - far : 0;
@@ -75,7 +75,7 @@ struct BlockCount {
 using Steps = std::set<std::pair<std::int64_t, std::int64_t>>;  // rows, columns
 using Owners = std::set<std::pair<std::uint64_t, std::uint64_t>>;
 
-// Others' particles that a spring reaches from a block of so many rows and columns, and whose they are.
+// Counts the particles of others that springs reach from a block of `rows` x `columns`, and collects their owners.
 std::uint64_t halo_of(const Block& block, std::int64_t rows, std::int64_t columns, const Steps& steps, Owners& owners) {
   const auto is_inside = [&](std::int64_t r, std::int64_t c) { return r >= 0 && r < rows && c >= 0 && c < columns; };
   const auto is_reached = [&](std::int64_t r, std::int64_t c) {
@@ -111,7 +111,7 @@ BlockCount count_of(const Block& block, const std::vector<Direction>& directions
       steps.emplace(by_rows, by_columns);
     }
   }
-  // Beyond a few rows and columns the halo grows by as many with each more.
+  // Beyond a few rows and columns, each further row or column adds the same number to the halo.
   const auto taken = [](const Piece& piece) { return static_cast<std::int64_t>(std::min<std::uint64_t>(piece.length, 6)); };
   Owners owners;
   count.halo = halo_of(block, taken(rows), taken(columns), steps, owners);
@@ -136,10 +136,10 @@ void take(Cut& cut, std::uint64_t particles, std::uint64_t springs, std::uint64_
   cut.all_neighbours += times * neighbours;
 }
 
-// Pieces of one axis that count alike: of those that are two away from both ends one of each length, where no spring reaches
-// beyond a piece's neighbours.
+// Returns one piece of each kind along one axis. Pieces that are two away from both ends count alike if they have the same
+// length, because no spring reaches beyond a piece's neighbours. Pieces shorter than 2 are each a kind of their own.
 std::vector<std::pair<std::uint64_t, std::uint64_t>> kinds_of(std::uint64_t all, std::uint64_t parts) {
-  std::vector<std::pair<std::uint64_t, std::uint64_t>> kinds;  // a piece, and how many there are of it
+  std::vector<std::pair<std::uint64_t, std::uint64_t>> kinds;  // a piece, and the number of pieces of its kind
   const std::uint64_t least = all / parts;
   std::array<std::optional<std::size_t>, 2> between;
   for (std::uint64_t k = 0; k < parts; ++k) {
@@ -247,7 +247,7 @@ std::optional<std::array<std::uint64_t, 2>> best_blocks(const Grid& grid, std::u
   double least = 0;
   for (std::uint64_t rows = 1; rows <= ranks; ++rows) {
     if (ranks % rows != 0 || rows > grid.rows || ranks / rows > grid.columns) continue;
-    // The springs that are cut: across each inner boundary as many as the sheet is long there.
+    // Each inner boundary cuts as many springs as it is long.
     const double cut = static_cast<double>(rows - 1) * static_cast<double>(grid.columns) +
                        static_cast<double>(ranks / rows - 1) * static_cast<double>(grid.rows);
     if (best && cut >= least) continue;
@@ -261,7 +261,7 @@ Cut cut_of_pairs(std::span<const Pair> springs, std::span<const std::uint32_t> o
   Cut cut{.ranks = ranks};
   std::vector<std::uint64_t> particles(ranks), reaching(ranks), halo(ranks), neighbours(ranks);
   for (const auto of : owner) ++particles[of];
-  std::vector<std::tuple<std::uint32_t, std::uint32_t, std::uint32_t>> received;  // rank, by which, which particle
+  std::vector<std::tuple<std::uint32_t, std::uint32_t, std::uint32_t>> received;  // receiving rank, owner, particle
   for (const auto& [a, b] : springs) {
     ++reaching[owner[a]];
     if (owner[a] == owner[b]) continue;

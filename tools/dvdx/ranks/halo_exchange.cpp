@@ -9,7 +9,7 @@ namespace dvdx::tool {
 
 namespace {
 
-// As many numbers as the buffer holds of double.
+// Views the buffer as numbers of type A, as many as it holds doubles.
 template <class A>
 std::span<A> numbers(std::vector<double>& room) noexcept {
   return {static_cast<A*>(static_cast<void*>(room.data())), room.size()};

@@ -9,14 +9,13 @@
 
 namespace dvdx::tool {
 
-// Sends the particles of a halo, between the pulses of a step, and receives those of others.
 class HaloExchange {
  public:
   HaloExchange(Ranks& ranks, const Part& part);
   HaloExchange(const HaloExchange&) = delete;
   HaloExchange& operator=(const HaloExchange&) = delete;
 
-  // Valid as long as this.
+  // Valid as long as this object.
   [[nodiscard]] Exchange exchange() noexcept {
     return {.context = this,
             .start = start,
@@ -25,7 +24,7 @@ class HaloExchange {
             .is_own = part_.is_own.data(),
             .pulses_per_telling = part_.pulses_per_telling};
   }
-  // s: that others were waited for.
+  // Returns the time in s spent waiting for others.
   [[nodiscard]] double waited_seconds() const noexcept { return waited_seconds_; }
 
  private:

@@ -23,8 +23,8 @@ std::optional<int> number_in_environment(const char* name) {
   return error == std::errc{} && end == view.data() + view.size() ? std::optional(number) : std::nullopt;
 }
 
-// The number of ranks that Open MPI, MPICH and its kin, and Slurm's srun give the processes that they start. Slurm gives
-// SLURM_NTASKS to scripts too: PMIX_RANK says that it was srun.
+// Returns the number of ranks that Open MPI, MPICH and its kin, or Slurm's srun tell the processes that they start. Slurm sets
+// SLURM_NTASKS for scripts too: PMIX_RANK shows that it was srun.
 std::optional<int> launched() {
   for (const char* name : {"OMPI_COMM_WORLD_SIZE", "PMI_SIZE"}) {
     if (const auto size = number_in_environment(name)) return size;
@@ -44,8 +44,8 @@ int ranks_here() {
   return 1;
 }
 
-// MPI is a file of its own, which is loaded where it is needed: a program linked with it takes longer to start, and does not
-// start at all where it is not installed.
+// MPI is in a module of its own, loaded on demand: a program linked with MPI takes longer to start, and does not start at all
+// if MPI is not installed.
 Joined join_ranks() {
   const auto size = launched();
   if (!size) return {.ranks = std::make_unique<OneRank>()};

@@ -12,11 +12,11 @@ struct Joined {
   bool by_launcher = false;      // mpirun, srun or the like started this process
 };
 
-// One rank by itself where nothing says that a launcher of MPI programs started the process: MPI is then neither loaded nor
-// initialised. Throws Fault (usage) where one started it as one of several, and this build has no MPI.
+// Returns one rank alone unless a launcher of MPI programs started the process: MPI is then neither loaded nor initialised.
+// Throws Fault (usage) if a launcher started it as one of several and this build has no MPI or cannot load it.
 [[nodiscard]] Joined join_ranks();
 
-// As how many ranks a launcher started the command: 1 where none did.
+// Returns the number of ranks that a launcher started, or 1 if none did.
 [[nodiscard]] int ranks_started();
 
 // The number of ranks on this machine, which share its cores.

@@ -1,5 +1,5 @@
-// Particles that meet, stepped by several ranks: each sends all others where its own have got in a sub-step, and works out the
-// meetings of all (dvdx/elsewhere.hpp).
+// Particles that meet, stepped by several ranks: in each sub-step each rank sends the positions of its own particles to all
+// others and computes all meetings (dvdx/elsewhere.hpp).
 #pragma once
 
 #include <cstddef>
@@ -14,14 +14,14 @@ namespace dvdx::tool {
 
 class MeetingsExchange {
  public:
-  // Called by all. start: where the whole scene's particles are at the start, from its origin.
+  // All ranks must call it. start: positions of the whole scene's particles at the start, m from its origin.
   MeetingsExchange(Ranks& ranks, const Scene& whole, std::vector<Vec3> start, const Part& part);
   MeetingsExchange(const MeetingsExchange&) = delete;
   MeetingsExchange& operator=(const MeetingsExchange&) = delete;
 
-  // Valid as long as this, the scene and the part.
+  // Valid as long as this object, the scene and the part.
   [[nodiscard]] SharedMeetings shared() noexcept;
-  // s: that others were waited for.
+  // Returns the time in s spent waiting for others.
   [[nodiscard]] double waited_seconds() const noexcept { return waited_seconds_; }
 
  private:
@@ -31,8 +31,8 @@ class MeetingsExchange {
   const Scene& whole_;
   const Part& part_;
   std::vector<Vec3> start_;
-  std::vector<std::uint32_t> sent_;  // numbers, one rank's own behind another's
-  std::vector<std::size_t> first_;   // of each rank there, and the end
+  std::vector<std::uint32_t> sent_;  // particle numbers, each rank's own behind those of the rank before
+  std::vector<std::size_t> first_;   // index of each rank's first number there, and the end
   double waited_seconds_ = 0;
 };
 

@@ -12,8 +12,8 @@
 namespace dvdx::tool {
 namespace {
 
-// Calls use(other) for every rank, its own among them, so that in each round two meet: whoever comes first to a round waits for
-// nobody who waits for it.
+// Calls use(other) for every rank, this one included. In each round ranks pair up and exchange only within their pair, so no
+// rank waits for one that waits for it.
 template <class Use>
 void meet_all(const Ranks& ranks, const Use& use) {
   const int count = ranks.count();
@@ -38,13 +38,13 @@ std::size_t rank_with(std::size_t number, std::size_t all, std::size_t ranks) {
   return number < of_longer ? number / (each + 1) : longer + (number - of_longer) / each;
 }
 
-// How many of ascending numbers are less.
+// Returns how many of the ascending numbers are less than `limit`.
 std::size_t below(std::span<const std::int64_t> numbers, std::int64_t limit) {
   return static_cast<std::size_t>(std::lower_bound(numbers.begin(), numbers.end(), limit) - numbers.begin());
 }
 
-// The number at which each rank's range begins, where all ranks' numbers, each held by one rank, are cut into ranges. Found by
-// halving, as each rank counts its own numbers.
+// Returns the number at which each rank's range begins if all ranks' numbers, each held by one rank, are cut into ranges. Found
+// by bisection: each rank counts its own numbers below the middle.
 std::vector<std::int64_t> starts_of_ranges(Ranks& ranks, std::span<const std::int64_t> numbers, std::size_t all) {
   const auto count = static_cast<std::size_t>(ranks.count());
   if (all == 0) return std::vector<std::int64_t>(count);
@@ -70,7 +70,7 @@ std::vector<std::int64_t> starts_of_ranges(Ranks& ranks, std::span<const std::in
   return low;
 }
 
-// Where the numbers of each list stand among those of all. All are ascending.
+// Returns the index of each list's numbers among those of all lists. Each list is ascending.
 std::vector<std::vector<std::uint32_t>> places_among_all(const std::vector<std::vector<std::int64_t>>& lists) {
   using Next = std::pair<std::int64_t, std::size_t>;  // a number, and its list
   std::priority_queue<Next, std::vector<Next>, std::greater<>> next;
@@ -88,7 +88,7 @@ std::vector<std::vector<std::uint32_t>> places_among_all(const std::vector<std::
   return places;
 }
 
-// x, y, z of each.
+// Returns columns by their axes.
 template <class T>
 std::vector<const std::array<Column<T>, 3>*> vectors_of(const State<T>& state) {
   if (!state.has_rests()) return {&state.x, &state.v};

@@ -1,4 +1,4 @@
-// Numbers of particles of which each rank holds a range, sent to whoever asks for them, and back: so that no rank holds all.
+// Sends particles' values from the rank whose range holds them to the rank that asks for them, and back. No rank holds all.
 #pragma once
 
 #include <cstddef>
@@ -20,25 +20,25 @@ namespace dvdx::tool {
 // Which of a scene's particles a state has.
 struct Held {
   Ranks* ranks = nullptr;  // null: all of them
-  std::size_t first = 0;   // else from this one on, and the other ranks have the others
+  std::size_t first = 0;   // otherwise from this one on; other ranks have the others
 };
 
-// All members are called by all ranks.
+// All ranks must call all members.
 class RangeExchange {
  public:
-  // numbers: of the scene's `all` particles those that this rank asks for, in any order. places: where each stands in its
-  // columns; none: in that order.
+  // numbers: which of the scene's `all` particles this rank asks for, in any order. places: the index of each in this rank's
+  // columns; empty: in that order.
   RangeExchange(Ranks& ranks, std::size_t all, std::span<const std::uint32_t> numbers,
                 std::span<const std::uint32_t> places = {});
-  // For particles that are numbered in some order, with gaps: those of all ranks together are cut into ranges in this order.
-  // numbers: of those that this rank has in its columns, ascending; no two ranks have the same.
+  // For particles that are numbered in some order, with gaps: the particles of all ranks are cut into ranges in this order.
+  // numbers: of the particles in this rank's columns, ascending; no two ranks have the same.
   [[nodiscard]] static RangeExchange in_order(Ranks& ranks, std::span<const std::int64_t> numbers);
 
   [[nodiscard]] std::size_t all() const noexcept { return all_; }
 
   template <class T>
   void from_ranges(const Column<T>& range, const Column<T>& mine);
-  // Each number must be asked for by one rank, once.
+  // Each particle must be asked for by one rank, once.
   template <class T>
   void to_ranges(const Column<T>& mine, const Column<T>& range);
   void from_ranges(std::span<const std::uint32_t> range, std::span<std::uint32_t> mine);
@@ -57,8 +57,8 @@ class RangeExchange {
 
   Ranks* ranks_;
   std::size_t all_;
-  Lists asked_;  // places in this rank's columns, of what each rank's range has
-  Lists given_;  // places in this rank's range, of what each rank asks for
+  Lists asked_;  // indices in this rank's columns of the particles in each rank's range
+  Lists given_;  // indices in this rank's range of the particles that each rank asks for
 };
 
 }  // namespace dvdx::tool

@@ -45,7 +45,7 @@ class LiveSimulation {
     shared_->deal(memory_);
   }
 
-  // The ids of the particles shown, from now on. Called by all ranks.
+  // Carries particle ids from now on. Returns the function that gives the ids of the shown particles. All ranks must call it.
   [[nodiscard]] ParticleIds ids() {
     memory_.carry_ids();
     if (shared_) shared_->carry_ids();
@@ -56,7 +56,7 @@ class LiveSimulation {
     };
   }
 
-  // The observer writes, weighs and hashes.
+  // observer: writes states, and computes energy, health and hash.
   template <class Observer>
   Outcome run(Observer& observer, const Frames& frames, ContactWatch& contacts, Checkpoints& checkpoints) {
     const auto start = observer.health(shown_.state, threads_.parallel_for());
@@ -159,14 +159,14 @@ class LiveSimulation {
         source.get(outcome_.wall_seconds);
       });
     });
-    if (ranks_.rank() != 0) particle_steps_ = 0;  // they are of all
+    if (ranks_.rank() != 0) particle_steps_ = 0;  // the loaded sum is of all ranks: the first keeps it
     if (shared_) shared_->deal(memory_);
     done_ = checkpoint.header().step;
     outcome_.resumed_at = done_;
   }
 
-  // As many of `wanted` as one call takes. A particle's number in an event is where it stands among all when its step begins:
-  // of several ranks' the start of a call.
+  // Returns the steps of one call, at most `wanted`. An event names a particle by its index among all particles at the start of
+  // the step. Several ranks know this index only at the start of a call: with events each call takes one step.
   std::uint64_t steps_of_call(std::uint64_t wanted, ContactWatch& contacts) {
     if (!shared_ || !contacts.tells_events()) return contacts.most_steps(std::min(steps_a_call, wanted));
     contacts.tell_in_order(shared_->kept_numbers());
@@ -194,7 +194,7 @@ class LiveSimulation {
 
   const LoadedScene& loaded_;
   Ranks& ranks_;
-  LiveMemory<T> memory_;  // of several ranks what this one shows
+  LiveMemory<T> memory_;  // with several ranks: the range that this rank shows
   LiveState<T>& shown_ = memory_.live();
   std::optional<SharedLife<T>> shared_;
   LifecyclePlan<T> plan_;

@@ -1,4 +1,4 @@
-// How far a run is, on stderr: a bar on a terminal, else a line every ten seconds.
+// Shows on stderr how far a run is: a bar on a terminal, otherwise a line every ten seconds.
 #pragma once
 
 #include <chrono>
@@ -11,7 +11,7 @@ class Progress {
   explicit Progress(std::uint64_t total, std::uint64_t done = 0);
   Progress(const Progress&) = delete;
   Progress& operator=(const Progress&) = delete;
-  ~Progress();  // takes the bar away
+  ~Progress();  // erases the bar
 
   void at(std::uint64_t done);
 
@@ -23,7 +23,7 @@ class Progress {
   void draw(std::uint64_t done, double seconds_left);
 
   std::uint64_t total_;
-  std::uint64_t before_;  // done when it began
+  std::uint64_t before_;  // steps done when it began
   Form form_;
   Clock::time_point start_;
   Clock::time_point next_;

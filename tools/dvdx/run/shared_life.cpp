@@ -10,7 +10,7 @@ std::uint64_t count_all(void* context, std::uint64_t here) noexcept {
   return here;
 }
 
-// The places of those particles that this rank gets, of `all` that are dealt out in turn.
+// Returns the indices of the particles that this rank gets if `all` are dealt out in turn.
 std::vector<std::uint32_t> dealt_to(const Ranks& ranks, std::size_t all) {
   std::vector<std::uint32_t> places;
   for (auto place = static_cast<std::size_t>(ranks.rank()); place < all; place += static_cast<std::size_t>(ranks.count())) {
@@ -64,8 +64,8 @@ void SharedLife<T>::deal(LiveMemory<T>& range) {
   mine.state.clock = from.state.clock;
   mine.born = from.born;
   mine.dropped = from.dropped;
-  mine.removed = ranks_.rank() == 0 ? from.removed : 0;                                      // of all
-  const auto first = static_cast<std::int64_t>(from.born) - static_cast<std::int64_t>(all);  // below that of the next birth
+  mine.removed = ranks_.rank() == 0 ? from.removed : 0;                                      // of all ranks
+  const auto first = static_cast<std::int64_t>(from.born) - static_cast<std::int64_t>(all);  // all below the next birth's
   std::transform(places.begin(), places.end(), numbers().begin(),
                  [first](std::uint32_t place) { return first + static_cast<std::int64_t>(place); });
 }

@@ -1,5 +1,5 @@
-// A scene whose particles come and go, stepped by several ranks: each makes its share of the births of each step and keeps what
-// it has made. In which order all of them stand is told by numbers: how many births there were before.
+// A scene whose particles come and go, stepped by several ranks: each rank makes its share of the births of each step and keeps
+// the particles that it made. The order of all particles follows their numbers: the number of births before each.
 #pragma once
 
 #include <array>
@@ -17,7 +17,7 @@
 
 namespace dvdx::tool {
 
-// A rank has room for all particles, as those of the others may all die; what none has stood in takes no memory.
+// Each rank has room for all particles, because those of the others may all die. Unused room takes no memory.
 template <class T>
 class SharedLife {
  public:
@@ -25,23 +25,23 @@ class SharedLife {
   SharedLife(const SharedLife&) = delete;
   SharedLife& operator=(const SharedLife&) = delete;
 
-  // For the plan's options: valid as long as this.
+  // For the plan's options. `ranks` must outlive the plan.
   [[nodiscard]] static SharedBirths births(Ranks& ranks) noexcept;
 
-  // This rank's own.
+  // This rank's own particles.
   [[nodiscard]] LiveState<T>& live() noexcept { return columns_.live(); }
 
   // Each particle's id moves along with it from now on.
   void carry_ids();
 
-  // Called by all: what the ranges hold is dealt out, one particle to each rank in turn; and what the ranks hold is cut into
-  // ranges in the order in which one rank would keep it.
+  // deal() deals the particles in the ranges out to the ranks, one to each in turn. to_range() cuts the particles of all ranks
+  // into ranges, in the order in which one rank would keep them. All ranks must call them.
   void deal(LiveMemory<T>& range);
   void to_range(LiveMemory<T>& range);
-  // Called by all: the ids that what is in the ranges has been given since.
+  // Takes back the ids given to the particles in the ranges since to_range(). All ranks must call it.
   void take_ids(LiveMemory<T>& range);
 
-  // For each particle that this rank has now, the number of births before its own: kept until the next call.
+  // Returns the number of births before each particle that this rank has now. Valid until the next call.
   [[nodiscard]] std::span<const std::int64_t> kept_numbers();
 
  private:
@@ -51,10 +51,10 @@ class SharedLife {
   Ranks& ranks_;
   std::size_t room_;
   LiveColumns<T> columns_;
-  AlignedArray<std::int64_t> numbers_;  // of each own particle: those of the start or of a checkpoint before all births since
+  AlignedArray<std::int64_t> numbers_;  // of each own particle; those of the start or of a checkpoint precede later births
   std::optional<AlignedArray<std::uint32_t>> ids_;
   std::array<Carried, 2> carried_;
-  std::optional<RangeExchange> exchange_;  // with which the ranges were made, where ids go back
+  std::optional<RangeExchange> exchange_;  // the one that made the ranges, kept if ids go back
   std::vector<std::int64_t> kept_numbers_;
 };
 

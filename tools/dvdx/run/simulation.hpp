@@ -39,14 +39,14 @@
 
 namespace dvdx::tool {
 
-// Steps that one call takes: many, so that a block stays in cache for them, but not so many that progress stands still. A
-// function of the scene alone, so that a run does not depend on the machine's speed.
+// Returns the steps of one call: many, so that a block stays in cache for them, but few enough that progress is shown. It
+// depends on the scene alone, so that a run does not depend on the machine's speed.
 inline std::uint64_t batch_for(std::size_t particles) {
   constexpr std::uint64_t particle_steps = std::uint64_t{1} << 24U;
   return std::clamp<std::uint64_t>(particle_steps / particles, 8, 4096);
 }
 
-// Whether the values that a scene's files give for the particles' start are kept, once the particles stand there.
+// Whether the start values read from a scene's files are kept after the particles have been placed.
 enum class Starts { kept, given_back };
 
 template <class T>
@@ -67,7 +67,7 @@ class Simulation {
   // Grows while the run goes on.
   [[nodiscard]] const std::vector<Tear>& tears() const noexcept { return tearing_.tears(); }
 
-  // Each particle's rank, where springs are split.
+  // Returns each particle's rank if springs are split over ranks, otherwise nothing.
   [[nodiscard]] std::vector<std::uint32_t> owner() const { return split_ ? split_->owner() : std::vector<std::uint32_t>(); }
 
   Outcome run(Observer<T>& observer, const Frames& frames, ContactWatch& contacts, Checkpoints& checkpoints) {
@@ -87,7 +87,7 @@ class Simulation {
       if (!frames.is_last_alone() && loaded_.steps > 0) observer.write(moment(), state_);
     }
     const PrepareSave prepare = [&] { return this->prepare(watch, contacts); };
-    (void)longest(ranks_, 0);  // what one rank weighs alone is no time of the steps
+    (void)longest(ranks_, 0);  // a barrier: work that one rank does alone does not count as time of the steps
     {
       std::optional<Progress> progress;
       if (ranks_.rank() == 0) progress.emplace(loaded_.steps, done_);
@@ -176,7 +176,7 @@ class Simulation {
       outcome_.network = plan_->network_limit();
     }
     if (outcome_.network) file.scene.coupling.scheme = outcome_.network->scheme;
-    (void)plan_->step(state_, 0);  // kinematic particles, where they are at the start
+    (void)plan_->step(state_, 0);  // places kinematic particles where they are at the start
     if (ranks_.count() != 1) return;
     outcome_.inside = start_inside(file, state_);
     if (!state_.has_rests()) outcome_.rounding = spring_rounding(file, state_);
@@ -192,13 +192,13 @@ class Simulation {
     try {
       split_.emplace(loaded_.file, engine, ranks_, *outcome_.network);
     } catch (const SharedFault& fault) {
-      // A part's numbers are its own: what is wrong is said of the whole's.
+      // A part has its own particle numbers, so the plan of the whole scene reports the fault.
       if (find_frequency_ && fault.exit() == Exit::bad_scene) (void)limit_of_whole(engine);
       throw;
     }
     split_->to_ranges(state_);
   }
-  // The first rank makes a plan of the whole scene, from which all learn the sub-steps; and keeps it where these may change.
+  // The first rank compiles the whole scene and sends all ranks the limit. It keeps this plan if tears may change the limit.
   [[nodiscard]] NetworkLimit limit_of_whole(const Engine& engine) {
     together(ranks_, [&] {
       if (ranks_.rank() != 0) return;
@@ -211,7 +211,7 @@ class Simulation {
     if (!may_tears_change_limit()) plan_.reset();
     return limit;
   }
-  // Sub-steps that are asked for stay; by `sequential` the springs also choose which part of a stiff motion is left.
+  // Given sub-steps never change. By `sequential` the springs also choose rho, the part of a stiff motion that is left.
   [[nodiscard]] bool may_tears_change_limit() const {
     const Coupling& coupling = loaded_.file.scene.coupling;
     return tearing_.is_possible() && (!coupling.substeps || coupling.scheme == Scheme::sequential);
@@ -223,7 +223,7 @@ class Simulation {
     return limit;
   }
 
-  // The springs that tear: in one rank's plan, and in several ranks' parts.
+  // Finds and breaks the springs that tear: OfPlan in the plan of one rank, OfRanks in the parts of several.
   struct OfPlan {
     Plan<T>& plan;
     const State<T>& state;
@@ -239,7 +239,7 @@ class Simulation {
   struct OfRanks {
     Ranks& ranks;
     Split<T>& split;
-    Plan<T>* whole;  // the first rank's
+    Plan<T>* whole;  // the first rank's, or null
     [[nodiscard]] std::vector<Pair> too_long(std::size_t network, double stretch) const {
       return split.too_long(network, stretch);
     }
@@ -392,7 +392,7 @@ class Simulation {
   LongRunWatch dear_;
   std::uint64_t done_ = 0;
   Outcome outcome_;
-  FindFrequency find_frequency_;  // where the start's has not been looked for
+  FindFrequency find_frequency_;  // set if only a bound of the frequency at the start is known
 };
 
 }  // namespace dvdx::tool

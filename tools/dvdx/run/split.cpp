@@ -18,7 +18,7 @@ namespace dvdx::tool {
 
 namespace {
 
-// Stripes, or what METIS cuts of a list where that tells less and leaves no rank without particles.
+// Returns stripes, or the METIS cut of a spring list if it has a smaller halo and leaves no rank without particles.
 std::vector<std::uint32_t> chosen_owners(const SceneFile& file, std::uint32_t ranks) {
   const std::size_t count = file.particles.count;
   auto owners = stripes(file.scene, count, ranks);
@@ -32,7 +32,7 @@ std::vector<std::uint32_t> chosen_owners(const SceneFile& file, std::uint32_t ra
   return tells_less && cut.fewest > 0 ? std::move(*by_metis) : owners;
 }
 
-// The first rank's choice: another's library may cut otherwise.
+// The first rank chooses the owners for all: another rank's METIS may cut differently.
 Part part_here(const SceneFile& file, Ranks& ranks) {
   const auto rank = static_cast<std::uint32_t>(ranks.rank());
   const auto count = static_cast<std::uint32_t>(ranks.count());
@@ -82,7 +82,7 @@ bool is_in_air(const Scene& scene) {
   });
 }
 
-// Air's pulses are told between the same parts as the springs' are: all of them must have some.
+// Ranks exchange pulses of the air with the same neighbours as those of springs, so all of these parts must have some.
 void check_air(const SceneFile& whole, const Part& part, const Scene& scene) {
   if (part.neighbours.empty() || !is_in_air(whole.scene) || is_in_air(scene)) return;
   throw Fault(Exit::bad_scene, whole.path +
@@ -90,8 +90,8 @@ void check_air(const SceneFile& whole, const Part& part, const Scene& scene) {
                                    "no triangle that meets air (docs/ranks.md)");
 }
 
-// The colours by which a sweep goes from piece to piece are chosen for the springs that are whole. A part of sheets side by
-// side has but some of them, by numbers of its own.
+// A sweep's colours are chosen from the unbroken springs. A part of sheets side by side has only some of them, with its own
+// numbers.
 void check_tearing(const SceneFile& whole, const Part& part) {
   const bool is_swept = whole.scene.coupling.scheme == Scheme::sequential;
   if (whole.tears_at.empty() || !is_swept || (!part.sweeps && whole.scene.networks.size() == 1)) return;
@@ -100,7 +100,7 @@ void check_tearing(const SceneFile& whole, const Part& part) {
                                    "run on one, or by leapfrog (docs/ranks.md)");
 }
 
-// Places in part.particles, in the order of the scene's numbers.
+// Returns the indices in part.particles, sorted by the scene's numbers.
 std::vector<std::uint32_t> by_number(const Part& part) {
   std::vector<std::uint32_t> places(part.particles.size());
   std::iota(places.begin(), places.end(), 0U);
@@ -130,7 +130,7 @@ State<T> started(const SceneFile& file, State<T> state) {
   return state;
 }
 
-// m, from the scene's origin: where its plan would find all particles.
+// Returns the start of all particles, m from the scene's origin, as the plan of the whole scene would find it.
 template <class T>
 std::vector<Vec3> places_at_start(const SceneFile& file, Rounding rounding) {
   StateMemory<T> memory(Layout::soa, file.particles.count, rounding);
@@ -151,7 +151,7 @@ std::optional<NetworkLimit> limit_by_rows(const SceneFile& file, Ranks& ranks) {
   const Grid* const sheet = only_sheet(file.scene, file.particles.count);
   if (sheet == nullptr || !sheet->broken.empty() || sheet->aerodynamics) return std::nullopt;
   if (!file.tears_at.empty() || !file.scene.skins.empty()) return std::nullopt;
-  if (!file.scene.constraints.empty() || file.scene.meet) return std::nullopt;  // which ask for sub-steps of their own
+  if (!file.scene.constraints.empty() || file.scene.meet) return std::nullopt;  // these ask for sub-steps of their own
   const SheetRates mine = together(ranks, [&] {
     const Run rows = share_of(ranks).of(sheet->rows);
     return rates_of_rows(file.scene, rows.first, rows.first + rows.count);
@@ -192,7 +192,7 @@ Split<T>::Split(const SceneFile& file, const Engine& engine, Ranks& ranks, const
     if (part_.particles.empty()) return;
     check_air(file, part_, file_.scene);
     plan_.emplace(made(state_));
-    (void)plan_->step(state_, 0);  // kinematic particles, where they are at the start
+    (void)plan_->step(state_, 0);  // places kinematic particles where they are at the start
   });
   std::array<double, 1> driven{plan_ ? std::max(0.0, static_cast<double>(plan_->carried(state_).size()) - 1) : 0};
   ranks_.highest(driven);
@@ -214,7 +214,7 @@ void Split<T>::step(std::uint64_t steps, ContactReport* report, const ParallelFo
         report != nullptr ? plan_->step(state_, *report, steps, parallel) : plan_->step(state_, steps, parallel);
     check_stepped(result, file_, state_.clock.seconds, static_cast<double>(steps) * file_.step);
   };
-  // All that have particles stop alike: those that have none learn of it.
+  // All ranks with particles stop alike. together() tells the ranks without particles.
   meetings_ ? together(ranks_, take) : take();
 }
 
@@ -240,7 +240,7 @@ std::optional<std::uint32_t> Split<T>::place_of(std::uint32_t number) const {
   return *found;
 }
 
-// Each rank tells those whose lesser end it owns.
+// Each rank sends the springs whose lesser end it owns.
 template <class T>
 std::vector<Pair> Split<T>::too_long(std::size_t network, double stretch) const {
   std::vector<Pair> mine;
@@ -314,15 +314,15 @@ std::vector<std::uint32_t> Split<T>::owner() const {
 
 namespace {
 
-// The numbers that a plan carries begin with whether it remembers anything. If so, those of particles that meet follow: a time,
-// how many pairs and surfaces, and six of each. Then come three of each of its particles, where it remembers accelerations, and
-// the rest (plan/carried.cpp). How many come before the accelerations, by the first four numbers; 0 where there is nothing.
+// A plan's carried numbers begin with a flag: whether anything is remembered. If so and particles meet, a time, the counts of
+// pairs and of surfaces, and six numbers of each follow. Then come three of each particle if accelerations are remembered, and
+// the rest (plan/carried.cpp). Returns how many come before the accelerations, by the first four; 0 if nothing is remembered.
 double before_accelerations(std::span<const double> first, const CarriedShape& shape) {
   if (first.empty() || first[0] == 0) return 0;
   return shape.meets && first.size() >= 4 ? 4 + 6 * (first[2] + first[3]) : 1;
 }
 
-// One of the three numbers of each particle.
+// Views one axis of the three numbers of each particle.
 Column<double> axis_of(std::vector<double>& numbers, std::size_t axis) {
   return {.base = numbers.data() + axis, .stride = 3 * sizeof(double), .run = 1, .capacity = numbers.size() / 3};
 }
@@ -385,7 +385,7 @@ CarriedInRanges Split<T>::carried() {
   return carried;
 }
 
-// This part's.
+// Returns the numbers that this part's plan carries.
 template <class T>
 std::vector<double> Split<T>::carried_here(const CarriedInRanges& carried) const {
   if (!carried.remembers) return carried.alike;

@@ -1,4 +1,4 @@
-// The particles of ranks that share the births of each step, and what these ranks tell each other.
+// The particles of ranks that share the births of each step, and the messages between these ranks.
 #pragma once
 
 #include <cstdint>
@@ -9,7 +9,7 @@
 
 namespace dvdx::tool {
 
-// In words. Where the machine's time of a particle is known, also what a step would take with as many particles as may live.
+// Returns a text. If machine.particle_seconds is known, it also predicts a step with as many particles as may live.
 [[nodiscard]] std::string table_of_births(const SceneFile& file, std::uint64_t ranks, const Machine& machine);
 
 }  // namespace dvdx::tool

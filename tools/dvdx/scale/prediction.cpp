@@ -97,7 +97,7 @@ Telling telling_of_springs(const SceneFile& file, std::size_t scalar_bytes) {
   }
   const bool is_fourth = coupling.scheme == Scheme::fourth_order;
   const std::uint64_t pulses = is_fourth ? 6 : 1;
-  // Velocities after each pulse; before them what each pass of the damping reads.
+  // Each pulse sends velocities afterwards, and beforehand the numbers that each pass of the damping reads.
   const std::uint64_t passes = !is_damped(file.scene) ? 0 : is_fourth ? 2 : 1;
   return {.times = pulses * (1 + passes), .numbers = 3, .bytes = scalar_bytes};
 }
@@ -107,7 +107,7 @@ Telling telling_of_springs(const SceneFile& file, std::size_t scalar_bytes) {
 Telling telling_of(const SceneFile& file, std::size_t scalar_bytes) {
   Telling telling = telling_of_springs(file, scalar_bytes);
   telling.bytes = scalar_bytes;
-  if (file.scene.meet) telling.numbers_to_all = 10;  // two places, a velocity and a mass
+  if (file.scene.meet) telling.numbers_to_all = 10;  // two positions, a velocity and a mass
   return telling;
 }
 
@@ -132,7 +132,7 @@ std::vector<Cut> cuts_of(const Extent& extent, std::uint64_t ranks) {
   cuts.push_back(cut_of_pairs(springs, stripes(*extent.list, extent.particles, static_cast<std::uint32_t>(ranks)), ranks));
   cuts.back().sharing = Sharing::stripes;
   if (const auto rows = swept_rows(*extent.list, extent.particles)) {
-    // Whose halo is deeper than springs reach.
+    // The halo of swept rows is deeper than springs reach.
     const Cut by_rows =
         cut_of_swept_sheet(*rows, ranks, rows_kept_together(*extent.list, *rows), rows_held(*extent.list, *rows, 1));
     cuts.back().halo = by_rows.halo;
@@ -150,8 +150,8 @@ std::vector<Cut> cuts_of(const Extent& extent, std::uint64_t ranks) {
 
 namespace {
 
-// In a sub-step. Where several pulses are told of together, positions are, and velocities, of as many particles as the pulses
-// would have told of one by one.
+// Bytes of a sub-step. If several pulses are sent together, both positions and velocities are sent, of as many particles as the
+// pulses would send one by one.
 std::uint64_t bytes_of(std::uint64_t halo, const Cut& cut, const Telling& telling) {
   return halo * telling.times * telling.numbers * telling.bytes * (cut.pulses > 1 ? 2 : 1);
 }
@@ -220,7 +220,7 @@ std::string table_of(const std::vector<Cut>& cuts, const Telling& telling, const
 std::vector<ScalePoint> curve_of(const Extent& extent, const Telling& telling, const Machine& machine, std::uint64_t most) {
   std::vector<ScalePoint> curve;
   const double alone = least_time(extent, 1, telling, machine).value();
-  // On a list no larger one is made: of it only the strong curve is told.
+  // A list is not enlarged, so it has only the strong curve.
   for (std::uint64_t ranks = 1; ranks <= most; ranks *= 2) {
     const auto strong = least_time(extent, ranks, telling, machine);
     const auto weak = extent.list != nullptr ? std::nullopt : least_time(on_each(extent, ranks), ranks, telling, machine);

@@ -1,4 +1,4 @@
-// Air: what a network's triangles meet, and the wind.
+// Air: the aerodynamics of a network's triangles, and the wind.
 #pragma once
 
 #include <optional>
@@ -9,13 +9,13 @@
 
 namespace dvdx::tool {
 
-// A network's key `aerodynamics`, if it has one.
+// Reads a network's key `aerodynamics`, if it has one.
 [[nodiscard]] std::optional<Aerodynamics> read_aerodynamics(const Fields& network);
 
-// Faces cut into triangles from their first corner.
+// Cuts faces into triangles from their first corner.
 [[nodiscard]] std::vector<Triangle> triangles_of(const std::vector<std::vector<std::uint32_t>>& faces, std::size_t first);
 
-// The scene's key `wind`: [x, y, z], or a mean and gusts.
+// Reads the scene's key `wind`: [x, y, z], or a mean and gusts.
 [[nodiscard]] Wind read_wind(const Node& node);
 
 }  // namespace dvdx::tool

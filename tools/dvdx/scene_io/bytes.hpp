@@ -1,4 +1,4 @@
-// Bytes that are read as they are asked for: of a file, of which no more is ever held, or at hand.
+// Bytes that are read on request: from a file, of which no more is ever held, or from memory.
 #pragma once
 
 #include <cstddef>
@@ -17,7 +17,7 @@ class Bytes {
   virtual ~Bytes() = default;
 
   [[nodiscard]] virtual std::size_t size() const noexcept = 0;
-  // Those from `first` on: as many as there are and as fit. Throws FileFault where they cannot be read.
+  // Reads bytes from `first` on, as many as exist and fit. Returns their number. Throws FileFault if they cannot be read.
   [[nodiscard]] virtual std::size_t read(std::size_t first, std::span<char> to) = 0;
 };
 

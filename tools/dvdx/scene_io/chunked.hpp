@@ -1,4 +1,4 @@
-// A long list in chunks, which are given back one by one: what holds another form of it grows as this one shrinks.
+// A long list in chunks that are released one by one, so that another form of it can grow as this one shrinks.
 #pragma once
 
 #include <algorithm>
@@ -27,7 +27,7 @@ class Chunked {
     return chunks_.back().emplace_back();
   }
 
-  // Chunks that lie within [first, end) are gone; none of their values may be asked for again. Others may go at the same time.
+  // Releases chunks within [first, end), whose values may not be asked for again. Other threads may release other chunks.
   void release(std::size_t first, std::size_t end) noexcept {
     for (std::size_t c = (first + chunk - 1) / chunk; c < chunks_.size(); ++c) {
       if (std::min((c + 1) * chunk, size_) > end) return;
@@ -35,7 +35,7 @@ class Chunked {
     }
   }
 
-  // Values that are not gone.
+  // Returns the number of values that are not released.
   [[nodiscard]] std::size_t held() const noexcept {
     std::size_t count = 0;
     for (const auto& values : chunks_) count += values.size();

@@ -1,4 +1,4 @@
-// Constraints.
+// Reads a scene's constraints.
 #pragma once
 
 #include "scene_io/particle_values.hpp"

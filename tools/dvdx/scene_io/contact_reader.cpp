@@ -9,7 +9,7 @@
 namespace dvdx::tool {
 namespace {
 
-// Polygons as fans of triangles from their first corner.
+// Reads polygons as fans of triangles from their first corner.
 void read_surface(const Fields& fields, SceneFolder& folder, TriangleMesh& mesh) {
   const MeshFile file = mesh_of(fields.required("file"), folder);
   mesh.vertices = file.vertices;

@@ -1,4 +1,4 @@
-// Contacts: keys that are no plain fields. The fields stand in dvdx/fields.hpp, and are read by scene_io/described.hpp.
+// Contacts: reads the keys that are no plain fields. Plain fields: dvdx/fields.hpp, scene_io/described.hpp.
 #pragma once
 
 #include "scene_io/fields.hpp"
@@ -8,7 +8,7 @@
 namespace dvdx::tool {
 
 [[nodiscard]] Contact read_contact(const Node& node, const MotionNames& motions, SceneFolder& folder);
-// The scene's key `push_out`, for contacts that have no such speed of their own.
+// Reads the scene's key `push_out`, for contacts that have no such speed of their own.
 void read_push_out(const Node& node, Scene& scene);
 
 }  // namespace dvdx::tool

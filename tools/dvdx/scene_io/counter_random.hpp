@@ -7,7 +7,7 @@
 
 namespace dvdx::tool {
 
-// In [min, max); min where they are equal.
+// Returns a value in [min, max), or min if they are equal.
 [[nodiscard]] double uniform_value(double min, double max, std::uint64_t seed, std::uint64_t particle,
                                    std::uint32_t axis) noexcept;
 

@@ -21,7 +21,7 @@ std::optional<int> read_substeps(const Node& node) {
   return static_cast<int>(node.whole(1, most_substeps));
 }
 
-// A key that another scheme alone reads says nothing of this one.
+// Refuses keys that only `scheme` reads if the network has another scheme.
 void refuse_keys_of(Scheme scheme, std::initializer_list<const char*> keys, const Coupling& own, const Fields& fields) {
   if (own.scheme == scheme) return;
   for (const char* key : keys) {

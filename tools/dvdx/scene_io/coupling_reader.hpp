@@ -6,13 +6,13 @@
 
 namespace dvdx::tool {
 
-// The keys `substeps`, a whole number or "auto", and `most_substeps`, where they are there.
+// Reads the keys `substeps`, a whole number or "auto", and `most_substeps`, if they are there.
 void read_substeps(const Fields& fields, Coupling& coupling);
 
-// method: where the network names none.
+// method: used if the network names none.
 [[nodiscard]] Coupling read_coupling(const Fields& fields, Method method);
 
-// All networks of a scene are stepped together.
+// Refuses a coupling that differs from the first network's: all networks of a scene are stepped together.
 void check_alike(const Node& node, const Coupling& first, const Coupling& own);
 
 }  // namespace dvdx::tool

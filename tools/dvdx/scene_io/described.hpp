@@ -18,7 +18,7 @@
 
 namespace dvdx::tool {
 
-// The keys of a struct in a scene file, all known.
+// Returns the fields of a struct in a scene file. Unknown keys are refused.
 template <class Struct>
 [[nodiscard]] Fields fields_of(const Node& node) {
   std::vector<std::string_view> keys;
@@ -27,7 +27,7 @@ template <class Struct>
   return {node, description<Struct>.name, std::move(keys)};
 }
 
-// Reads values by the types of their fields. population and motions: whom values name; null where a struct names none.
+// Reads values by the types of their fields. population, motions: those that values may name; null if a struct names none.
 struct DescribedReader {
   const Population* population = nullptr;
   const MotionNames* motions = nullptr;
@@ -38,7 +38,7 @@ struct DescribedReader {
     read_fields(fields_of<Struct>(node), made);
     return made;
   }
-  // The alternative of the key `type`. what: the thing that it describes, as "force".
+  // Reads the alternative that the key `type` names. what: the thing that it describes, such as "force".
   template <class Variant>
   [[nodiscard]] Variant read_one_of(const Node& node, std::string_view what) const {
     Variant made;
@@ -49,7 +49,7 @@ struct DescribedReader {
     (std::make_index_sequence<std::variant_size_v<Variant>>());
     return made;
   }
-  // All but those that are a Key.
+  // Reads all fields except those that are a Key.
   template <class Struct>
   void read_fields(const Fields& fields, Struct& to) const {
     for_each_field<Struct>([&](const auto& field) { read_field(fields, field, to); });

@@ -38,7 +38,7 @@ class Node {
   [[nodiscard]] Node at(const std::string& key) const;
   [[nodiscard]] Node at(std::size_t index) const;
   [[nodiscard]] std::vector<Node> elements(std::string_view valid) const;
-  // The key `type` of an object, on which its other keys hang. what: the thing that it describes, as "force".
+  // Returns the key `type` of an object, on which its other keys depend. what: the thing that it describes, such as "force".
   [[nodiscard]] Node type_for(std::string_view what) const;
 
   // "<file>: <path> is <value>: must be <valid>"

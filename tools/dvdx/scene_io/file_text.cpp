@@ -89,7 +89,7 @@ tl::expected<std::string, std::string> read_file(const std::filesystem::path& pa
   std::string text;
   text.reserve(static_cast<std::size_t>(*size) + 1);
   constexpr std::size_t chunk = 1 << 20;
-  for (;;) {  // to its end, which may come later than its size said
+  for (;;) {  // to its end, which may be beyond the reported size
     const std::size_t held = text.size();
     text.resize(held + std::min(chunk, std::max<std::size_t>(text.capacity() - held, 4096)));
     const auto got = read(file.number(), text.data() + held, text.size() - held);

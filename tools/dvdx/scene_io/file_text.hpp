@@ -16,7 +16,7 @@ class FileFault : public std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
-// The most that is read of a file of some kind.
+// The most that is read of one kind of file.
 struct FileLimit {
   std::uint64_t bytes;
   std::string_view text;
@@ -24,8 +24,8 @@ struct FileLimit {
 inline constexpr FileLimit scene_limit{.bytes = std::uint64_t{1} << 28U, .text = "256 MiB"};
 inline constexpr FileLimit data_limit{.bytes = std::uint64_t{1} << 32U, .text = "4 GiB"};  // of points, numbers or a mesh
 
-// The bytes, or what stood in the way: "cannot be read: No such file or directory". Only regular files are read: a pipe or a
-// device may have no end, or never begin.
+// Returns the bytes, or why there are none: "cannot be read: No such file or directory". Only regular files are read, because a
+// pipe or a device may have no end, or never begin.
 [[nodiscard]] tl::expected<std::string, std::string> read_file(const std::filesystem::path& path,
                                                                const FileLimit& limit = data_limit);
 

@@ -14,13 +14,13 @@ namespace {
 
 using nlohmann::json;
 
-// FNV-1a, as of a state.
+// FNV-1a, as for states.
 class Hash {
  public:
   void add(std::string_view bytes) {
     for (const char byte : bytes) value_ = (value_ ^ static_cast<unsigned char>(byte)) * 0x100000001B3U;
   }
-  // With its length, so that neighbours do not run together.
+  // Adds a text with its length, so that adjacent texts do not run together.
   void add_text(std::string_view text) {
     add(std::to_string(text.size()) + ":");
     add(text);

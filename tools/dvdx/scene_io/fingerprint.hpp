@@ -1,4 +1,4 @@
-// Whether two scenes are the same.
+// Tells whether two scenes are the same.
 #pragma once
 
 #include <cstdint>
@@ -8,9 +8,8 @@
 
 namespace dvdx::tool {
 
-// 64 bits over what a scene says and over the bytes of the files that it names: the same however its JSON is written, but for
-// `step` and `duration`, in whose place the file's own (which the command line may have replaced) are taken. Throws what
-// read_scene throws.
+// Returns a hash of 64 bits of a scene's JSON, however it is formatted, and of the bytes of the files that it names. `step` and
+// `duration` are those of `file`, which the command line may have replaced. Throws what read_scene throws.
 [[nodiscard]] std::uint64_t fingerprint_of(const SceneFile& file, const ReadOptions& options);
 
 }  // namespace dvdx::tool

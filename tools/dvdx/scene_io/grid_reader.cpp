@@ -13,7 +13,7 @@ namespace {
 
 constexpr std::uint64_t most_rows = 1 << 20;
 
-// One row needs no second edge.
+// edge_of() lets the second edge of a single row be zero.
 double length_of(const Vec3& edge) { return std::hypot(edge[0], edge[1], edge[2]); }
 
 Vec3 edge_of(const Node& node, std::size_t points) { return points > 1 ? node.direction() : node.vector(); }

@@ -17,14 +17,14 @@ struct GridKeys {
 [[nodiscard]] GridKeys read_grid(const Fields& fields);
 
 [[nodiscard]] SheetVectors positions_of(const GridKeys& keys);
-// No particle is farther out along an axis than one of them.
+// Returns the corner particles: no particle is farther out along an axis than one of them.
 [[nodiscard]] std::array<std::size_t, 4> corners_of(const Grid& grid);
 
 [[nodiscard]] inline bool is_rope(const Grid& grid) noexcept { return grid.rows == 1 || grid.columns == 1; }
-// A grid of one row or one column, as the list of its springs.
+// Returns a grid of one row or one column as the list of its springs.
 [[nodiscard]] Springs rope_of(const Grid& grid);
 
-// The sides of its cells, none longer than 1 + limit times what it is in the flat sheet.
+// Limits the sides of its cells to 1 + limit times their length in the flat sheet.
 [[nodiscard]] Distance limit_of(const Grid& grid, double limit);
 [[nodiscard]] Topology topology_of(const Grid& grid, std::size_t first);
 

@@ -23,13 +23,13 @@ Place place_of(std::string_view text, std::size_t position) {
           .column = line_start == std::string_view::npos ? before.size() : before.size() - line_start - 1};
 }
 
-// The parser's own words without its code and its place, which the message gives already.
+// Returns the parser's words without its code and its position, which the message gives already.
 std::string reason(const std::string& what) {
   const auto colon = what.find(": ");
   return colon == std::string::npos ? what : what.substr(colon + 2);
 }
 
-// Builds the tree event by event, so that an error is known with its path.
+// Builds the tree event by event, so that the path of an error is known.
 class TreeBuilder final : public nlohmann::json_sax<json> {
  public:
   TreeBuilder(const std::string& name, std::string_view text) : name_(name), text_(text) {}

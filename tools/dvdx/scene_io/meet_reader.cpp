@@ -11,7 +11,7 @@ constexpr std::uint64_t most_group = 1023;
 
 std::uint16_t read_group(const Node& node) { return static_cast<std::uint16_t>(node.whole(0, most_group)); }
 
-// A particle that has several numbers is of the first one's group.
+// A particle with several numbers belongs to the group of its first number.
 std::vector<std::uint16_t> read_group_of_each(const Node& node, const Population& population) {
   const auto list = node.elements("a list of groups, one for each particle");
   if (list.size() != population.count) {

@@ -36,7 +36,7 @@ class MeshReader {
     std::size_t line = 0;
   };
 
-  // A backslash at the end of a line goes on in the next.
+  // Reads a statement. A line that ends with a backslash continues in the next.
   void read_statement() {
     std::string_view line = lines_.next();
     if (lines_.number() == 1 && line.starts_with(byte_order_mark)) line.remove_prefix(byte_order_mark.size());
@@ -154,7 +154,7 @@ std::vector<HalfEdge> sides_of(const MeshFile& mesh) {
 }  // namespace
 
 MeshFile parse_mesh(std::string_view text) {
-  // A carriage return alone ends a line, as the first Macs had it, also where a tool has added others.
+  // A carriage return alone ends a line, as on the first Macs, even if a tool has added other line ends.
   const auto ends_line = [&](std::size_t at) { return text[at] == '\r' && (at + 1 == text.size() || text[at + 1] != '\n'); };
   std::string lines;
   for (std::size_t at = text.find('\r'); at != std::string_view::npos; at = text.find('\r', at + 1)) {

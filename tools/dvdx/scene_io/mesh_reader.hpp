@@ -11,16 +11,16 @@
 
 namespace dvdx::tool {
 
-// The .obj file that the node names.
+// Reads the .obj file that the node names.
 [[nodiscard]] MeshFile mesh_of(const Node& node, SceneFolder& folder);
-// By the keys `weld` and `unreferenced`.
+// Welds a mesh as the keys `weld` and `unreferenced` say.
 [[nodiscard]] WeldedMesh welded(const Fields& fields, const MeshFile& file);
 
-// The sides and, of four-sided faces, the diagonals with one stiffness; the bends with another.
+// Makes springs: sides and diagonals of faces with stiffness `edge`, bends with stiffness `bend`.
 [[nodiscard]] Springs springs_of(const MeshFile& mesh, std::size_t first, double edge, double bend);
-// By the key `bending`. The mesh is flat where its faces are in one plane; else it flattens.
+// Adds bending by angles as the key `bending` says. A mesh whose faces are in one plane is flat at rest; any other flattens.
 void bend_by_angles(const Fields& fields, const MeshFile& mesh, std::size_t first, Springs& springs);
-// The sides of its faces, none longer than 1 + limit times what it is in the file.
+// Limits the sides of its faces to 1 + limit times their length in the file.
 [[nodiscard]] Distance limit_of(const MeshFile& mesh, std::size_t first, double limit);
 [[nodiscard]] Topology topology_of(const MeshFile& mesh, std::size_t first);
 

@@ -32,7 +32,7 @@ class DisjointSets {
   std::vector<std::uint32_t> up_;
 };
 
-// m: places that differ by less may differ by the rounding of their coordinates alone.
+// Returns m: positions that differ by less may differ by the rounding of their coordinates alone.
 double rounding_of(std::span<const Vec3> places) {
   double largest = 0;
   for (const Vec3& place : places) largest = std::max({largest, std::abs(place[0]), std::abs(place[1]), std::abs(place[2])});
@@ -78,7 +78,7 @@ std::vector<std::uint32_t> all_of(std::size_t count) {
   return all;
 }
 
-// Those that stand together, by the number of the first.
+// Returns for each vertex the first of those that stand together with it.
 std::vector<std::uint32_t> firsts(std::span<const Vec3> places, std::optional<double> weld) {
   auto order = all_of(places.size());
   if (!weld) return order;
@@ -96,7 +96,7 @@ std::vector<std::uint32_t> firsts(std::span<const Vec3> places, std::optional<do
   return order;
 }
 
-// By the first vertex of each particle.
+// Returns whether a face or a line uses each particle, by the particle's first vertex.
 std::vector<bool> used_in(const MeshFile& file, std::span<const std::uint32_t> first) {
   std::vector<bool> is_used(first.size(), false);
   for (const auto& face : file.faces) {
@@ -108,12 +108,12 @@ std::vector<bool> used_in(const MeshFile& file, std::span<const std::uint32_t> f
   return is_used;
 }
 
-// Faces and lines whose corners have become particles: those that are left.
+// Collects the faces and lines that are left when their corners have become particles.
 class Reduced {
  public:
   explicit Reduced(MeshFile& mesh) : mesh_(mesh) {}
 
-  // Cut in two where it comes by a particle twice.
+  // Cuts the face in two where it passes a particle twice.
   void add(Face face) {  // NOLINT(misc-no-recursion): each part is shorter
     for (std::size_t k = 1; k < face.size(); ++k) {
       const auto at = face.begin() + static_cast<std::ptrdiff_t>(k);
@@ -152,7 +152,7 @@ MeshFile reduced(const MeshFile& file, const Numbering& numbering) {
   return mesh;
 }
 
-// How many pieces there are, and where two of them nearly meet.
+// Counts the pieces, and the particles where two pieces nearly meet.
 void look_at_pieces(const MeshFile& mesh, MeshFacts& facts) {
   constexpr double near = 1e-3;  // of a side: seams that exporters write are far closer, and layers of cloth are farther apart
   const auto edges = edges_of(mesh);

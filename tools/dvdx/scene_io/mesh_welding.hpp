@@ -1,4 +1,4 @@
-// A mesh's vertices as particles: those that stand together are one, and those that nothing uses may be left out.
+// Makes particles of a mesh's vertices: those that stand together become one, and unused ones may be left out.
 #pragma once
 
 #include <cstddef>
@@ -16,24 +16,24 @@ enum class Unreferenced { left_out, kept };
 // How faces and lines hold a mesh together.
 struct MeshFacts {
   std::size_t vertices = 0;      // of the file
-  std::size_t particles = 0;     // that they are
-  std::size_t pieces = 0;        // that no side or line joins
-  std::size_t unreferenced = 0;  // vertices of no face and no line, and one with none that is
+  std::size_t particles = 0;     // that the vertices become
+  std::size_t pieces = 0;        // parts that no side or line joins
+  std::size_t unreferenced = 0;  // vertices in no face and no line, nor welded to one that is
   std::size_t left_out = 0;      // of these
   std::size_t polygons = 0;      // faces of more than four sides
-  std::size_t near = 0;          // particles that stand a thousandth of a side or less from one of another piece
-  double apart = 0;              // m: of these, the most that one is
+  std::size_t near = 0;          // particles within a thousandth of a side of one of another piece
+  double apart = 0;              // m: the greatest distance of these
 };
 
 struct WeldedMesh {
-  MeshFile mesh;  // its vertices are the particles; every face has corners that differ, and no two have the same
+  MeshFile mesh;  // its vertices are the particles; the corners of a face differ, and no two faces have the same
   Numbering numbering;
   MeshFacts facts;
 };
 
-// weld: m, >= 0: vertices at most so far apart are one particle, which stands where the first of them does, and so are those
-// that others join so; none: no two are. Particles are in the order of their first vertices. Faces that fall together are one;
-// those that become a line are lines. A mesh without faces and lines keeps all vertices.
+// weld: m, >= 0: vertices at most so far apart, directly or through others, become one particle at the place of the first;
+// none: no vertices are welded. Particles are in the order of their first vertices. Faces that fall together become one; those
+// that become a line are lines. A mesh without faces and lines keeps all vertices.
 [[nodiscard]] WeldedMesh welded(const MeshFile& file, std::optional<double> weld, Unreferenced unreferenced);
 
 }  // namespace dvdx::tool

@@ -25,7 +25,7 @@ class MotionNames {
 // Adds the motions of `fields` to the scene.
 [[nodiscard]] MotionNames read_motions(const Fields& fields, Scene& scene);
 
-// Adds the kinematic particles of `fields`; networks: of the scene, if it has any. Those that are fixed have been read.
+// Adds the kinematic particles of `fields`; networks: of the scene, if it has any. Fixed particles must have been read before.
 void read_kinematic(const Fields& fields, SceneFile& file, const Population& population, const MotionNames& motions,
                     const std::optional<NetworkReader>& networks);
 

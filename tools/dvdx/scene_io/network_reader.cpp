@@ -233,7 +233,7 @@ void NetworkReader::look_at(const Node& mesh, const MeshFacts& facts) {
   }
 }
 
-// Cloth in millimetres, or in grams, moves as nothing does that is seen, and no number of it is wrong.
+// Warns of cloth in millimetres or in grams: it moves unlike any real cloth, although none of its numbers is invalid.
 void NetworkReader::look_at_units(const Node& sheet, std::span<const Vec3> hull, double mass) {
   constexpr double widest = 100;     // m
   constexpr double lightest = 1e-6;  // kg

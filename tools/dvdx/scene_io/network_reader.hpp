@@ -13,12 +13,12 @@
 
 namespace dvdx::tool {
 
-// The particles that a network makes: a grid or a mesh its own, springs none.
+// A network as it is read. A grid or a mesh makes its own particles, springs make none.
 struct MadeNetwork {
-  std::size_t first = 0;             // of its particles
-  std::size_t first_number = 0;      // that names one of them
-  std::size_t columns = 0;           // of a grid, else 0
-  std::optional<Network> network{};  // none where nothing is joined
+  std::size_t first = 0;             // index of its first particle
+  std::size_t first_number = 0;      // the first number that names one of them
+  std::size_t columns = 0;           // of a grid, otherwise 0
+  std::optional<Network> network{};  // none if nothing is joined
   std::optional<Distance> strain_limit{};
   Topology topology{};
 };
@@ -33,33 +33,33 @@ struct MadeParticles {
 
 class NetworkReader {
  public:
-  // Reads the grids and meshes of `network`, one object or a list of them. Their particles are numbered on from one another,
-  // and must find room.
+  // Reads the grids and meshes of `network`, one object or a list of them. Their particles are numbered consecutively, and must
+  // find room.
   NetworkReader(const Node& network, SceneFolder& folder, const Room& room, ReadTopology topology);
 
   [[nodiscard]] bool makes_particles() const noexcept { return !particles_.empty(); }
   [[nodiscard]] std::size_t count() const noexcept;    // of the particles it makes
   [[nodiscard]] std::size_t numbers() const noexcept;  // that name them
-  // Its own where each particle has one number.
+  // Returns the particles' own numbering if each has one number.
   [[nodiscard]] Numbering numbering() const;
-  // Only where makes_particles(). take_positions() may be called once: it hands them over.
+  // Call these only if makes_particles(). take_positions() hands the positions over, so it may be called once.
   [[nodiscard]] Vectors take_positions();
   [[nodiscard]] Scalars masses() const;
 
-  // Reads what remains, which may name any of a scene's particles, and hands all networks, their coupling, their fixed
-  // particles and their topology over to the scene, once. A network's method is the scene's where it names none.
+  // Reads the rest, which may name any of a scene's particles, and hands all networks, their coupling, their fixed particles
+  // and their topology over to the scene, once. A network that names no method has the scene's.
   void add_to(SceneFile& file, const Population& population);
 
-  // Numbers of particles, or the words for those of the first grid.
+  // Reads numbers of particles, or the words for those of the first grid.
   [[nodiscard]] std::vector<std::size_t> read_group(const Node& node, const Population& population) const;
 
  private:
   void make_grid(const Node& node, MadeNetwork& made);
   void make_mesh(const Node& node, MadeNetwork& made);
   void look_at(const Node& mesh, const MeshFacts& facts);
-  // hull: no particle is farther out along an axis than one of them. mass: kg, of each particle.
+  // hull: no particle is farther out along an axis than one of these points. mass: kg, of each particle.
   void look_at_units(const Node& sheet, std::span<const Vec3> hull, double mass);
-  // made.mass: of all of them.
+  // made.mass: of all particles together.
   void add_particles(const Node& node, MadeParticles made);
 
   std::vector<Node> nodes_;
@@ -72,7 +72,7 @@ class NetworkReader {
   std::vector<Warning> warnings_;
 };
 
-// Throws Fault (bad_scene) where springs tear: `command` steps scenes in which they do not.
+// Throws Fault (bad_scene) if springs tear: `command` steps only scenes in which they do not.
 void refuse_tearing(const SceneFile& file, std::string_view command);
 
 }  // namespace dvdx::tool

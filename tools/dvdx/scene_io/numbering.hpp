@@ -1,4 +1,4 @@
-// The numbers by which a scene file, and what is written of it, name particles.
+// The numbers by which a scene file and its output name particles.
 #pragma once
 
 #include <cstddef>
@@ -10,13 +10,13 @@
 
 namespace dvdx::tool {
 
-// Vertices of a mesh that are one particle have a number each, and so have those that are left out.
+// Each vertex of a mesh has a number, also if several are one particle or if it is left out.
 struct Numbering {
   static constexpr std::uint32_t nobody = std::numeric_limits<std::uint32_t>::max();
 
-  std::vector<std::uint32_t> particles{};  // of each number; nobody: it is left out. Empty: particles have their own numbers
-  std::vector<std::uint32_t> numbers{};    // of each particle the first
-  std::vector<Vec3> still{};               // m: where those stand that are left out, in order
+  std::vector<std::uint32_t> particles{};  // of each number; nobody: it is left out. Empty: numbers are the particles' own
+  std::vector<std::uint32_t> numbers{};    // the first of each particle
+  std::vector<Vec3> still{};               // m: positions of the numbers that are left out, in order
 
   [[nodiscard]] bool is_own() const noexcept { return particles.empty(); }
   [[nodiscard]] std::size_t number_of(std::size_t particle) const noexcept { return is_own() ? particle : numbers[particle]; }
@@ -25,7 +25,7 @@ struct Numbering {
   }
 };
 
-// A point for every number, by those of the particles.
+// Returns a point for every number, by the points of the particles.
 [[nodiscard]] inline std::vector<Vec3> by_number(const std::vector<Vec3>& of_particles, const Numbering& numbering) {
   if (numbering.is_own()) return of_particles;
   std::vector<Vec3> points;

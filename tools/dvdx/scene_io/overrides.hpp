@@ -6,8 +6,8 @@
 
 namespace dvdx::tool {
 
-// `assignment` is "forces[0].stiffness=40": the value is JSON, or else a bare string. The last key may be new, everything
-// before it must be there. Throws Fault: usage where the assignment cannot be read, bad_scene where the scene has no such path.
+// `assignment` is "forces[0].stiffness=40": the value is JSON, otherwise a bare string. The last key may be new, all before it
+// must exist. Throws Fault: usage if the assignment cannot be read, bad_scene if the scene has no such path.
 void apply_override(nlohmann::json& scene, const std::string& file, const std::string& assignment);
 
 }  // namespace dvdx::tool

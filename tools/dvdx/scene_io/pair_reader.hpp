@@ -8,13 +8,13 @@
 
 namespace dvdx::tool {
 
-// Each of two particles.
+// Reads pairs of two different particles.
 [[nodiscard]] std::vector<Pair> read_pairs(const Node& node, const Population& population);
-// One for each pair, or none where they are those of the start.
+// Reads a length for each pair, or none if lengths are those of the start.
 [[nodiscard]] std::optional<Scalars> read_lengths(const Node& node, const Population& pairs, const Range& range);
-// The pairs, for whose values it asks.
+// Returns the pairs as a population, for reading a value for each.
 [[nodiscard]] Population population_of(const std::vector<Pair>& pairs, const Population& population);
-// Adds them to what is drawn.
+// Adds the pairs to the lines that are drawn.
 void add_lines(const std::vector<Pair>& pairs, SceneFile& file);
 
 }  // namespace dvdx::tool

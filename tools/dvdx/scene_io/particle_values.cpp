@@ -48,7 +48,7 @@ std::vector<Value> kept_of(std::vector<Value> values, const Population& populati
   return {from, from + static_cast<std::ptrdiff_t>(population.kept->count)};
 }
 
-// Those of the particles' first numbers, where a list has one for each number.
+// Returns the values of the particles' first numbers from a list that has a value for each number.
 template <class Value>
 std::vector<Value> by_particle(std::vector<Value> values, const Population& population) {
   if (population.numbering == nullptr) return values;
@@ -68,7 +68,7 @@ struct KeptVectors {
   std::size_t all = 0;
 };
 
-// Reads what the population keeps of a file by `read` and says where a fault in it came from.
+// Reads the population's part of a file by `read`. A fault in the file is reported with the node that names it.
 template <class Read>
 auto from_file(const Node& node, const Population& population, std::string_view what, const Read& read) {
   const auto path = population.folder->find(node);
@@ -103,7 +103,7 @@ UniformVectors uniform_vectors(const Node& node, const Population& population) {
   return uniform;
 }
 
-// Points of a cubic lattice, so that balls may start apart: along x first, then z, then y, each drawn from around its own.
+// Returns points of a cubic lattice, so that balls may start apart: along x first, then z, then y, each with its own jitter.
 std::vector<Vec3> lattice_vectors(const Node& node, const Population& population) {
   const Fields fields(node, "a lattice", {"min", "max", "spacing", "jitter", "seed"});
   const auto min = fields.required("min");
@@ -115,7 +115,7 @@ std::vector<Vec3> lattice_vectors(const Node& node, const Population& population
   std::array<std::size_t, 3> points{};
   for (std::size_t axis = 0; axis < 3; ++axis) {
     check_order(min.at(axis), max.at(axis), "max[" + std::to_string(axis) + "]");
-    constexpr double most = 1e6;  // of which three hold more than memory
+    constexpr double most = 1e6;  // three of these exceed any memory
     points[axis] = 1 + static_cast<std::size_t>(std::min(most, (high[axis] - low[axis]) / spacing * (1 + 1e-12)));
   }
   if (const std::size_t room = points[0] * points[1] * points[2]; room < population.count) {

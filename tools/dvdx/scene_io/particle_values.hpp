@@ -1,4 +1,4 @@
-// The forms in which a scene gives a value for each particle: alike, listed, drawn, or from a file.
+// The forms in which a scene gives a value for each particle: the same for all, listed, drawn, or from a file.
 #pragma once
 
 #include <cstdint>
@@ -16,16 +16,16 @@
 
 namespace dvdx::tool {
 
-// A seed may be any number of 64 bits: the most that one can be.
+// The largest seed: a seed may be any number of 64 bits.
 inline constexpr std::uint64_t any_seed = std::numeric_limits<std::uint64_t>::max();
 
-// Where values per particle come from, and for how many particles.
+// The source of values per particle, and the number of particles.
 struct Population {
-  std::size_t count = 0;             // of the numbers that name them
-  SceneFolder* folder = nullptr;     // never null where values are read
-  std::string_view of = "particle";  // what the values are of
-  std::optional<Run> kept{};         // of these alone; none: of all
-  // Where numbers are not the particles' own; else null. A particle has the value of its first number.
+  std::size_t count = 0;             // of the numbers that name particles
+  SceneFolder* folder = nullptr;     // never null if values are read
+  std::string_view of = "particle";  // the things that have the values
+  std::optional<Run> kept{};         // the part that is kept; none: all
+  // Null if numbers are the particles' own. Otherwise a particle has the value of its first number.
   const Numbering* numbering = nullptr;
 
   [[nodiscard]] Run run() const noexcept { return kept.value_or(Run{.first = 0, .count = count}); }
@@ -47,15 +47,15 @@ struct Room {
 [[nodiscard]] Vectors read_vectors(const Node& node, const Population& population);
 [[nodiscard]] Scalars read_scalars(const Node& node, const Population& population, const Range& range);
 
-// The particle of a number; none: it is left out.
+// Returns the particle of a number, or none if it is left out.
 [[nodiscard]] std::optional<std::size_t> particle_of(std::size_t number, const Population& population);
-// The particle of a number that the node names, which may not be left out: something acts on it.
+// Returns the particle of the number that the node names. It may not be left out, because something acts on it.
 [[nodiscard]] std::size_t read_particle(const Node& node, const Population& population);
-// The particles of numbers, each once: those that are left out are passed over.
+// Returns the particles of numbers, each once. Numbers that are left out are skipped.
 [[nodiscard]] std::vector<std::size_t> particles_of(const std::vector<std::size_t>& numbers, const Population& population);
 [[nodiscard]] std::vector<std::size_t> read_ids(const Node& node, const Population& population);  // numbers, each once
 
-// The anchor of a force; null where it has none.
+// Returns the anchor of a force, or null if it has none.
 [[nodiscard]] inline const Anchor* anchor_of(const Force& force) noexcept {
   const auto find = [](const auto& f) -> const Anchor* {
     if constexpr (requires { f.anchor; }) return &f.anchor;
@@ -64,7 +64,7 @@ struct Room {
   return std::visit(find, force);
 }
 
-// Every particle's own vector.
+// Returns every particle's own vector.
 [[nodiscard]] std::vector<Vec3> each_of(const Vectors& vectors, std::size_t count);
 
 }  // namespace dvdx::tool

@@ -30,8 +30,8 @@ void name_mesh_file(std::string& field, const SceneFile& file) {
   }
 }
 
-// A program's networks, one of which a file writes without a list; and its coupling, which a file's networks have for
-// themselves, or the scene where there are none.
+// Renames networks and coupling as a file writes them: a single network without a list, and the coupling's keys in networks, or
+// in the scene if it has no networks.
 void name_network(std::string& field, const SceneFile& file) {
   constexpr std::string_view list = "networks", coupling = "coupling";
   const bool is_only = file.scene.networks.size() == 1;

@@ -7,13 +7,13 @@
 
 namespace dvdx::tool {
 
-// A file names its motions where the library numbers them, meshes' triangles stand in files of their own, and networks have the
-// keys of their coupling.
+// Renames the error's field: a file has names for motions that the library numbers, mesh triangles in files of their own, and
+// the coupling's keys in networks.
 [[nodiscard]] Error in_words_of(const SceneFile& file, Error error);
 [[nodiscard]] Fault fault_of(const SceneFile& file, Error error);
 
-// Throws where a call that stepped the particles of `file` from `time` on, for so many seconds, was not done: Fault (bad_scene)
-// where one had too many others within reach, else std::logic_error.
+// Throws if a call that stepped the particles of `file` from `time` on, for `seconds`, was not done: Fault (bad_scene) if a
+// particle had too many others within reach, otherwise std::logic_error.
 void check_stepped(StepResult result, const SceneFile& file, double time, double seconds);
 
 }  // namespace dvdx::tool

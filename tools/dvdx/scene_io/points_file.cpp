@@ -38,7 +38,7 @@ bool is_in(const Run& run, std::size_t row) { return row >= run.first && row - r
 
 using Columns = std::vector<std::size_t>;
 
-// Which columns of a header hold what is wanted: by name where they are three, the only one where it is one.
+// Returns the columns of a header to read: x, y and z by name if three are wanted, the only column if one is.
 Columns columns_of(const std::vector<std::string_view>& header, std::size_t width) {
   if (width == 1) {
     if (header.size() != 1) fail("line 1 names " + std::to_string(header.size()) + " columns: must be 1");

@@ -15,13 +15,13 @@ namespace dvdx::tool {
 
 enum class PointsFormat { csv, ply, npy };
 
-// Rows in a row.
+// Consecutive rows.
 struct Run {
   std::size_t first = 0, count = std::numeric_limits<std::size_t>::max();
 };
 
-// The values that are kept of a file, and how many it holds in all. Rows that are not kept are not looked at: in binary files
-// they are not read, in text they are counted.
+// The values that are kept of a file, and the number of rows that it holds in all. Rows that are not kept are not parsed:
+// binary files skip them, text files count them.
 template <class List>
 struct KeptOf {
   List values;
@@ -30,15 +30,15 @@ struct KeptOf {
 template <class Value>
 using Kept = KeptOf<std::vector<Value>>;
 
-// .csv: three columns, or the columns x, y, z of a header; .ply: the vertices, ascii or binary_little_endian;
-// .npy: float32 or float64 of shape (n, 3). All that is kept is finite. Throws FileFault. In float32 where a binary file holds
-// that: of many points half the memory.
+// .csv: three columns, or the columns x, y, z of a header; .ply: the vertices, ascii or binary_little_endian; .npy: float32 or
+// float64 of shape (n, 3). All kept values are finite. Throws FileFault. Points stay in float32 if a binary file holds that:
+// many points then take half the memory.
 using Points = std::variant<KeptOf<Chunked<Vec3>>, KeptOf<Chunked<Vec3f>>>;
 [[nodiscard]] Points read_points_as_held(const std::filesystem::path& path, const Run& run = {});
 [[nodiscard]] Kept<Vec3> read_points(const std::filesystem::path& path, const Run& run = {});
 [[nodiscard]] std::vector<Vec3> parse_points(std::string_view text, PointsFormat format);
 
-// .csv: one column; .npy: shape (n,) or (n, 1). All that is kept is finite. Throws FileFault.
+// .csv: one column; .npy: shape (n,) or (n, 1). All kept values are finite. Throws FileFault.
 [[nodiscard]] Kept<double> read_numbers(const std::filesystem::path& path, const Run& run = {});
 [[nodiscard]] std::vector<double> parse_numbers(std::string_view text, PointsFormat format);
 

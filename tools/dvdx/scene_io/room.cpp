@@ -12,7 +12,7 @@ namespace {
 
 using nlohmann::json;
 
-// The bytes that a particle takes to meet others: of each that its list has room for a pair, and working columns of its own.
+// Returns the bytes that a particle takes to meet others: a pair for each neighbour its list has room for, and working columns.
 std::uint64_t bytes_to_meet(const json& meet, std::size_t scalar_bytes) {
   const bool has_most = meet.is_object() && meet.contains("most_neighbours") && meet["most_neighbours"].is_number_unsigned();
   const auto most =
@@ -20,10 +20,10 @@ std::uint64_t bytes_to_meet(const json& meet, std::size_t scalar_bytes) {
   return (24 * std::min<std::uint64_t>(most, 255) + 100) * scalar_bytes;
 }
 
-// The bytes that a particle takes at least: its state, and what the scene gives for it alone.
+// Returns the least bytes that a particle takes: its state, and the values that the scene gives for it alone.
 std::uint64_t bytes_each(const json& scene, std::size_t scalar_bytes) {
   std::uint64_t bytes = 6 * scalar_bytes;
-  const json& particles = scene.contains("particles") ? scene["particles"] : scene;  // which has no such keys
+  const json& particles = scene.contains("particles") ? scene["particles"] : scene;  // the scene itself has no such keys
   const auto is_each = [](const json& object, const char* key) { return object.contains(key) && object[key].is_object(); };
   const auto is_held = [&](const char* key) { return is_each(particles, key) && !particles[key].contains("uniform"); };
   if (is_each(particles, "mass")) bytes += sizeof(double);
@@ -44,7 +44,7 @@ Room room_for(const json& scene, const ReadOptions& options) {
   return {.bytes_each = bytes_each(scene, options.scalar_bytes), .bytes = options.memory_bytes};
 }
 
-// The network of a scene that has one alone, which is stepped as a sheet; or null. Constraints, ropes and `accumulate` have
+// Returns the only network of a scene if it is stepped as a sheet, otherwise null. Constraints, ropes and `accumulate` have
 // lists.
 const json* sheet_in(const json& scene, const ReadOptions& options) {
   const json* network = &scene["network"];
@@ -55,9 +55,9 @@ const json* sheet_in(const json& scene, const ReadOptions& options) {
   return is_rope || network->contains("strain_limit") || accumulates ? nullptr : network;
 }
 
-// Whether each of several ranks holds its own rows of a sheet alone. Lines and faces are whole on each, and so are values that
-// differ from particle to particle; and the first rank makes a plan of the whole where air, skins, torn springs or few
-// sub-steps ask for one.
+// Whether each of several ranks holds only its own rows of a sheet. Not if lines and faces are read or values differ from
+// particle to particle, because these are whole on each rank. Not if air, skins, torn springs or given sub-steps may need a
+// plan of the whole on the first rank.
 bool is_held_by_rows(const json& scene, const json& sheet, const ReadOptions& options) {
   const bool has_plan = sheet.contains("aerodynamics") || sheet.contains("broken") || sheet.contains("tears_at") ||
                         sheet.value("substeps", json("auto")) != "auto" || !options.substeps.empty() || scene.contains("skins");
@@ -65,7 +65,7 @@ bool is_held_by_rows(const json& scene, const json& sheet, const ReadOptions& op
          bytes_each(scene, options.scalar_bytes) == 6 * options.scalar_bytes;
 }
 
-// The memory that Linux says is free without swapping; elsewhere all there is.
+// Returns the memory that Linux says is free without swapping, or 0 if there is no such figure.
 std::uint64_t linux_available_memory() {
   std::ifstream meminfo("/proc/meminfo");
   std::string key;
@@ -79,9 +79,9 @@ std::uint64_t linux_available_memory() {
 
 }  // namespace
 
-// Where particles come and go, each also has an age and a lifetime, and the plan works in another quarter of all that. Each of
-// several ranks has a share of those that live, its range of them all to show, and what it tells the others. Those that meet
-// have working columns, and a place each.
+// A particle that comes and goes also has an age and a lifetime, and the plan works in another quarter of all that. Each of
+// several ranks has its share of the living particles, its range of all of them to show, and the numbers that it sends.
+// Particles that meet have working columns, and a position each.
 Room room_for_live(const json& scene, const ReadOptions& options) {
   if (scene.contains("meet")) {
     const std::uint64_t each = 18 * options.scalar_bytes + sizeof(Vec3) + bytes_to_meet(scene["meet"], options.scalar_bytes);
@@ -92,8 +92,8 @@ Room room_for_live(const json& scene, const ReadOptions& options) {
   return {.bytes_each = 18 * options.scalar_bytes + told, .bytes = options.share.ranks * options.memory_bytes};
 }
 
-// The bytes that a network's particle takes in addition. In a sheet: its plan's columns, counted for `sequential`, which has
-// most, and a face. In other networks: its own position, mass and face, the forces on it, and its springs, about six each.
+// Adds the bytes that a network's particle takes. In a sheet: its plan's columns, counted for `sequential`, which has most, and
+// a face. In other networks: its own position, mass and face, the forces on it, and its springs, about six each.
 Room room_for_networks(const json& scene, const ReadOptions& options) {
   constexpr std::uint64_t springs = 6 * (sizeof(Pair) + 2 * sizeof(double));
   constexpr std::uint64_t columns = 48;

@@ -1,4 +1,4 @@
-// How many particles a scene may have, in the memory that there is.
+// The number of particles that a scene may have in the available memory.
 #pragma once
 
 #include <cstddef>
@@ -12,14 +12,14 @@ namespace dvdx::tool {
 
 inline constexpr std::uint64_t most_particles = std::uint64_t{1} << 53U;
 
-// For particles that come and go, and for those that networks make.
+// Return the room for particles that come and go, and for those that networks make.
 [[nodiscard]] Room room_for_live(const nlohmann::json& scene, const ReadOptions& options);
 [[nodiscard]] Room room_for_networks(const nlohmann::json& scene, const ReadOptions& options);
 
 // Whether each particle moves by itself, so that a rank may hold some of them without the others.
 [[nodiscard]] bool can_split_by_ranges(const nlohmann::json& scene);
 
-// The particles that the scene lists itself, which must find room.
+// Returns the number of particles that the scene lists itself. They must find room.
 [[nodiscard]] std::size_t read_count(const Node& node, const nlohmann::json& scene, const ReadOptions& options);
 
 }  // namespace dvdx::tool

@@ -36,14 +36,14 @@ struct SheetVectors {
   bool operator==(const SheetVectors&) const = default;
 };
 
-// One for all, one each, one each as a file holds it, drawn for each, or worked out for each.
+// One for all, one each, one each as a file holds it, drawn for each, or computed for each.
 using Vectors = std::variant<Vec3, std::vector<Vec3>, Chunked<Vec3>, Chunked<Vec3f>, UniformVectors, SheetVectors>;
 
 [[nodiscard]] Vec3 value_of(const Vectors& vectors, std::size_t particle);
 
 struct Particles {
   std::size_t count = 0;
-  // Where several ranks hold a scene's particles, this one has those from `first` on, and the others have so many.
+  // If several ranks hold a scene's particles, this one has those from `first` on, and the others have `elsewhere` of them.
   std::size_t first = 0;
   std::size_t elsewhere = 0;
   Vectors position = Vec3{};  // m
@@ -52,12 +52,12 @@ struct Particles {
   [[nodiscard]] std::size_t total() const noexcept { return count + elsewhere; }
 };
 
-// A scene that runs, and is seldom meant so.
+// A scene that runs, but is seldom meant so.
 struct Warning {
   std::string code;  // "unreferenced_vertices": the same in every version
   std::string text;  // the thing that is wrong, with its place
   double value = 0;  // that was found
-  double limit = 0;  // that would be well
+  double limit = 0;  // that would be acceptable
   std::string cure;
 };
 
@@ -78,10 +78,10 @@ struct SceneFile {
   Scene scene;  // masses, forces, contacts, networks, constraints, fixed and kinematic particles, motions, skins, meet
   std::vector<std::string> motions{};  // their names
   Topology topology{};                 // of the networks and constraints, by the numbers of the scene
-  Numbering numbering{};               // by which the file and what is written of it name particles
+  Numbering numbering{};               // by which the file and its output name particles
   std::vector<MeshNetwork> meshes{};
-  // For each network, where one has it: springs tear that are longer than so many times their rest length at a step's end.
-  // Infinite for networks that do not. The library's plans do not tear by themselves.
+  // For each network, empty if none tears: springs that are longer than this times their rest length at a step's end tear.
+  // Infinite for networks that do not tear. The library's plans do not tear by themselves.
   std::vector<double> tears_at{};
   bool is_origin_free = true;  // the file leaves the origin to the command that runs the scene
   Lifecycle turnover{};        // capacity 0: no particle comes or goes
@@ -104,8 +104,8 @@ struct SceneFile {
   return !scene.kinematic.empty() || std::any_of(scene.contacts.begin(), scene.contacts.end(), is_moved);
 }
 
-// Whether networks or constraints join particles, motions carry some, skins hold them, or they meet one another: such a scene
-// runs whole or not at all.
+// Whether particles depend on one another: networks or constraints join them, motions carry some, skins hold them, or they
+// meet. Ranks cannot split such a scene by ranges.
 [[nodiscard]] inline bool is_joined(const Scene& scene) noexcept {
   return !scene.networks.empty() || !scene.constraints.empty() || !scene.kinematic.empty() || !scene.skins.empty() ||
          scene.meet.has_value();

@@ -1,4 +1,4 @@
-// The files that a scene names, which stand where its own stands.
+// The files that a scene names, relative to the folder of its own file.
 #pragma once
 
 #include <filesystem>
@@ -13,7 +13,7 @@ class SceneFolder {
  public:
   explicit SceneFolder(std::filesystem::path folder) : folder_(std::move(folder)) {}
 
-  // Where the file is that the node names. Throws Fault where it is named by an absolute path: a scene that is moved or given
+  // Returns the path of the file that the node names. Throws Fault for an absolute path, because a scene that is moved or given
   // away goes with its files.
   [[nodiscard]] std::filesystem::path find(const Node& node);
   [[nodiscard]] const std::vector<std::filesystem::path>& named() const noexcept { return named_; }  // so far

@@ -33,7 +33,7 @@ using nlohmann::json;
 constexpr std::string_view format = "dvdx-scene/1";
 
 void check_format(const Node& root) {
-  if (!root.json().is_object() || !root.json().contains("format")) return;  // said with the other keys
+  if (!root.json().is_object() || !root.json().contains("format")) return;  // reported with the other keys
   const auto field = root.at("format");
   if (field.json() != std::string(format)) field.refuse('"' + std::string(format) + '"');
 }
@@ -45,7 +45,7 @@ double read_duration(const Node& node, double step) {
   return duration;
 }
 
-// The particles that the scene lists itself.
+// Reads the particles that the scene lists itself.
 void read_own_particles(const Fields& fields, SceneFile& file, Population& population, const ReadOptions& options) {
   const bool may_be_none = fields.optional("emitters").has_value();
   if (may_be_none && !fields.optional("particles")) return;
@@ -62,7 +62,7 @@ void read_own_particles(const Fields& fields, SceneFile& file, Population& popul
   if (const auto node = particles.optional("velocity")) file.particles.velocity = read_vectors(*node, population);
 }
 
-// Those that its networks make, of which the scene may give the velocity.
+// Takes the particles that networks make. The scene may give their velocity.
 void take_made_particles(const Fields& fields, NetworkReader& networks, SceneFile& file, Population& population) {
   population.count = networks.numbers();
   file.numbering = networks.numbering();
@@ -98,7 +98,7 @@ std::optional<NetworkReader> read_particles_and_networks(const Fields& fields, S
   return networks;
 }
 
-// Those of the scene and those of its networks, each once and in order.
+// Reads the scene's fixed particles and joins them with those of its networks, each once and in order.
 void read_fixed(const Fields& fields, SceneFile& file, const Population& population) {
   auto& fixed = file.scene.fixed;
   if (const auto node = fields.optional("fixed")) {

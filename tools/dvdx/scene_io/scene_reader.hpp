@@ -1,4 +1,4 @@
-// From a scene file, format "dvdx-scene/1", to a scene. docs/scene.md is the format's description.
+// Reads a scene from a scene file, format "dvdx-scene/1". docs/scene.md describes the format.
 #pragma once
 
 #include <algorithm>
@@ -35,11 +35,11 @@ struct ReadOptions {
   ReadTopology topology = ReadTopology::yes;
 };
 
-// Throws Fault: input_output where the file cannot be read, bad_scene where what it holds is not a scene. The message names
-// the file, the path of the key, the value, and what is valid.
+// Throws Fault: input_output if the file cannot be read, bad_scene if its contents are not a scene. The message names the file,
+// the path of the key, the value, and the valid values.
 [[nodiscard]] SceneFile read_scene(const std::string& path, const ReadOptions& options = {});
 
-// The file's JSON, with what `options` replace in it; not yet looked at as a scene. Throws as read_scene.
+// Returns the file's JSON with the replacements of `options`, not yet checked as a scene. Throws as read_scene.
 [[nodiscard]] nlohmann::json read_json(const std::string& path, const ReadOptions& options = {});
 
 // The same as read_scene from text; files that it refers to are looked for beside `path`.

@@ -21,7 +21,7 @@ void for_each_seed(Json& value, const Use& use) {
 }
 
 std::uint64_t mixed(std::uint64_t own, std::uint64_t seed) {
-  constexpr std::uint32_t apart = 0x5EED;  // no particle's counter has a fourth word other than 0
+  constexpr std::uint32_t apart = 0x5EED;  // the fourth word of every particle's counter is 0
   const auto bits = philox4x32({static_cast<std::uint32_t>(own), static_cast<std::uint32_t>(own >> 32U), 0, apart},
                                {static_cast<std::uint32_t>(seed), static_cast<std::uint32_t>(seed >> 32U)});
   return bits[0] | (std::uint64_t{bits[1]} << 32U);

@@ -1,4 +1,4 @@
-// Other drawn values for the same scene.
+// Draws other values for the same scene.
 #pragma once
 
 #include <cstddef>
@@ -7,10 +7,10 @@
 
 namespace dvdx::tool {
 
-// Seeds in a scene's JSON: of each {"uniform": {..., "seed": s}}.
+// Counts the seeds in a scene's JSON: one in each {"uniform": {..., "seed": s}} and {"lattice": {..., "seed": s}}.
 [[nodiscard]] std::size_t count_seeds(const nlohmann::json& scene);
 
-// Each seed s becomes a function of (s, seed), so that seeds that were alike stay alike and others differ.
+// Replaces each seed s by a function of (s, seed): seeds that were alike stay alike, and others differ.
 void reseed(nlohmann::json& scene, std::uint64_t seed);
 
 }  // namespace dvdx::tool

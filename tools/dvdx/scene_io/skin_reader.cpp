@@ -21,14 +21,14 @@ std::vector<std::size_t> read_numbers(const Node& node, const Population& popula
   return read_ids(node, population);
 }
 
-// The particles of the numbers that a skin names, and which of its lists' entries are theirs.
+// The particles that a skin names, and the entries of its lists that belong to them.
 struct NamedParticles {
   std::size_t named = 0;
   std::vector<std::size_t> particles{};
   std::vector<std::size_t> entries{};
 };
 
-// A particle that has several of the numbers is held as the first says.
+// A particle with several of the numbers is held as the first entry says.
 NamedParticles named_by(const std::vector<std::size_t>& numbers, const Population& population) {
   NamedParticles held{.named = numbers.size()};
   std::vector<bool> is_there(population.numbering != nullptr ? population.numbering->numbers.size() : 0, false);

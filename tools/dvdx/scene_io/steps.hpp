@@ -1,4 +1,4 @@
-// How many steps a duration is.
+// The number of steps in a duration.
 #pragma once
 
 #include <cstdint>
@@ -7,7 +7,7 @@
 
 namespace dvdx::tool {
 
-// duration / |step|, which must be a whole number within 1e-6 and none only of no duration; else what a duration must be.
+// Returns duration / |step|, a whole number within 1e-6 and 0 only for no duration; otherwise a text of valid durations.
 [[nodiscard]] tl::expected<std::uint64_t, std::string> steps_in(double duration, double step);
 
 }  // namespace dvdx::tool

@@ -59,7 +59,7 @@ double finite_number(std::string_view text, std::size_t line) {
 
 bool Lines::more() { return !rest_.empty() || hold_more(); }
 
-// The text that is held may be the beginning of a line.
+// Reads more text behind the text that is held, which may be the beginning of a line.
 bool Lines::hold_more() {
   constexpr std::size_t least = std::size_t{1} << 18U;
   if (bytes_ == nullptr) return false;

@@ -19,7 +19,7 @@ namespace dvdx::tool {
 [[nodiscard]] std::vector<std::string_view> split(std::string_view text, char by);
 [[nodiscard]] std::vector<std::string_view> words(std::string_view text);  // between blanks
 
-[[nodiscard]] std::optional<double> number_in(std::string_view text);  // infinite where it is beyond double precision
+[[nodiscard]] std::optional<double> number_in(std::string_view text);  // infinite if it is beyond double precision
 [[nodiscard]] std::string line_name(std::size_t line);                 // "line 7"
 [[nodiscard]] double finite_number(std::string_view text, std::size_t line);
 
@@ -28,7 +28,7 @@ inline constexpr std::size_t longest_line = std::size_t{1} << 24U;  // bytes, of
 class Lines {
  public:
   explicit Lines(std::string_view text) : rest_(text) {}
-  // A line and a few more are held at a time.
+  // Holds a line and a few more at a time.
   explicit Lines(Bytes& bytes) : bytes_(&bytes) {}
   Lines(const Lines&) = delete;
   Lines& operator=(const Lines&) = delete;
@@ -36,7 +36,7 @@ class Lines {
   [[nodiscard]] bool more();
   [[nodiscard]] std::size_t number() const noexcept { return number_; }   // of the line that next() gave last, from 1
   [[nodiscard]] std::size_t next_begins() const noexcept { return at_; }  // bytes before what next() gives
-  // Valid until the next call. Throws FileFault where a line of a file is too long.
+  // Valid until the next call. Throws FileFault if a line of a file is too long.
   std::string_view next();
 
  private:
@@ -49,7 +49,7 @@ class Lines {
   std::size_t number_ = 0;
 };
 
-// The whole of a file. Throws FileFault.
+// Returns the whole of a file. Throws FileFault.
 [[nodiscard]] std::string contents(const std::filesystem::path& path);
 
 }  // namespace dvdx::tool

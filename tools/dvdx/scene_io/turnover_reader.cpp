@@ -19,7 +19,7 @@ constexpr std::size_t most_boundaries = 8;
 enum class Shape { point, disc, box };
 constexpr std::array<Named<Shape>, 3> shapes{{{"point", Shape::point}, {"disc", Shape::disc}, {"box", Shape::box}}};
 
-// The keys of a shape, and those that all emitters have.
+// Returns the fields of an emitter: the keys of its shape, and those that all emitters have.
 Fields emitter_fields(const Node& node, std::string_view what, std::initializer_list<std::string_view> own) {
   std::vector<std::string_view> keys{"type"};
   keys.insert(keys.end(), own);
@@ -58,7 +58,7 @@ void read_lifetime(const Node& node, Emitter& emitter) {
   if (emitter.least_lifetime > emitter.most_lifetime) min.refuse("at most max, which is " + shown(max.json()));
 }
 
-// The fields that all emitters have, whatever their shape.
+// Reads the fields that all emitters have, whatever their shape.
 Emitter with_births(Emitter emitter, const Fields& fields, const MotionNames& motions) {
   DescribedReader{.motions = &motions}.read_fields(fields, emitter);
   if (const auto end = fields.optional("end")) {
@@ -133,7 +133,7 @@ bool has_turnover(const Fields& scene) {
 
 void read_turnover(const Fields& scene, SceneFile& file, const MotionNames& motions, const Room& room) {
   if (!has_turnover(scene)) return;
-  file.is_origin_free = false;  // what is born is measured from the world's
+  file.is_origin_free = false;  // births are measured from the world's origin
   const auto capacity = scene.required("capacity");
   file.turnover.capacity = capacity.whole(std::max<std::uint64_t>(file.particles.total(), 1), most_alive);
   if (file.turnover.capacity > room.most()) capacity.refuse(room.limit());

@@ -10,13 +10,13 @@
 
 namespace dvdx::tool {
 
-// Whether the scene has any of the keys.
+// Whether the scene has any of these keys.
 [[nodiscard]] bool has_turnover(const Fields& scene);
 
-// Reads them. `room`: for the particles, of which the capacity is the most. The scene's own particles have been read.
+// Reads these keys. room: for as many particles as the capacity. The scene's own particles must have been read before.
 void read_turnover(const Fields& scene, SceneFile& file, const MotionNames& motions, const Room& room);
 
-// For commands that compare particles with a reference: throws Fault (bad_scene) where they come and go.
+// Throws Fault (bad_scene) if particles come and go, for commands that compare particles with a reference.
 void refuse_turnover(const SceneFile& file, std::string_view command);
 
 }  // namespace dvdx::tool

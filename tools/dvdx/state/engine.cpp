@@ -23,7 +23,7 @@ Isa isa_named(const std::string& option, const std::string& wanted, Arithmetic a
                                        name(arithmetic), listed(available)));
 }
 
-// DVDX_ISA forces a choice too, so a word there that cannot be followed is an error and not passed over.
+// DVDX_ISA forces a choice too, so an unusable value there is an error and is not ignored.
 Isa isa_of(const std::string& wanted, Arithmetic arithmetic) {
   if (wanted != "best") return isa_named("--isa", wanted, arithmetic);
   if (const auto forced = forced_isa()) return isa_named("DVDX_ISA", *forced, arithmetic);

@@ -28,7 +28,7 @@ struct EngineOptions {  // as typed
   std::string isa = "best";
   std::string arithmetic = "separate";
   std::string layout = "soa";
-  int threads = 0;  // all cores
+  int threads = 0;  // 0: all cores
 };
 
 struct Engine {
@@ -39,14 +39,14 @@ struct Engine {
   int threads = 1;
 };
 
-// Throws Fault (usage) for an instruction set that this binary or this machine lacks.
-// sharers: processes that share this machine's cores, where the threads are not given.
+// Throws Fault (usage) for an instruction set that this binary or this machine lacks, or for too many threads. sharers: the
+// number of processes that share this machine's cores if the threads are not given.
 [[nodiscard]] Engine engine_of(const EngineOptions& options, int sharers = 1);
 
 // "reference, sse2, avx2"
 [[nodiscard]] std::string listed(const std::vector<Isa>& isas);
 
-// One of a table's names, as a check for CLI11.
+// Returns a table's names, for a check by CLI11.
 template <class E, std::size_t N>
 [[nodiscard]] std::vector<std::string> names_of(const std::array<Named<E>, N>& table) {
   std::vector<std::string> names;
@@ -59,7 +59,7 @@ template <class E, std::size_t N>
   for (const auto& entry : table) {
     if (entry.name == name) return entry.value;
   }
-  throw std::out_of_range("no choice of this name");  // the command line let no other through
+  throw std::out_of_range("no choice of this name");  // the command line has refused all other names
 }
 
 }  // namespace dvdx::tool

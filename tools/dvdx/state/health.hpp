@@ -9,17 +9,17 @@
 namespace dvdx::tool {
 
 struct Health {
-  std::size_t bad_particles = 0;  // of which a number is not finite
+  std::size_t bad_particles = 0;  // particles with a number that is not finite
   double largest = 0;             // of the finite positions and velocities, m or m/s
 };
 
 template <class T>
 [[nodiscard]] Health health_of(const State<T>& state, const ParallelFor& parallel = {}) noexcept;
 
-// No scene goes there by its own forces.
+// No scene grows by this factor through its own forces.
 inline constexpr double most_growth = 1e15;
 
-// Not finite, or larger by that much than anything at the start (and than 1).
+// Returns true if a number is not finite, or larger by most_growth than the largest at the start (and than 1).
 [[nodiscard]] bool has_diverged(const Health& start, const Health& end) noexcept;
 
 extern template Health health_of(const State<float>&, const ParallelFor&) noexcept;

@@ -1,5 +1,4 @@
-// A state of particles that come and go, with its memory: room for as many as may live at once, of which those of the scene are
-// there.
+// A state of particles that come and go, with room for as many as may live at once. It starts with the scene's own.
 #pragma once
 
 #include <algorithm>
@@ -22,17 +21,17 @@
 
 namespace dvdx::tool {
 
-// Steps that a run takes in one call, at most, so that progress does not stand still.
+// The most steps that a run takes in one call, so that progress is shown.
 inline constexpr std::uint64_t steps_a_call = 8;
 
-// Not written to yet: of a large one, what nobody writes to takes no memory.
+// Returns an array that is not written to yet. Parts of a large one that nobody writes to take no memory.
 template <class V>
 [[nodiscard]] AlignedArray<V> untouched_array(std::size_t count) {
   const std::size_t bytes = std::max<std::size_t>(count, 1) * sizeof(V);
   return AlignedArray<V>(static_cast<V*>(allocate({}, bytes, alignment)), bytes, {});
 }
 
-// So many columns in the layout that the user asked for, untouched.
+// Untouched columns in the layout that the user asked for.
 template <class T, std::size_t columns>
 class UntouchedColumns {
  public:
@@ -90,8 +89,8 @@ template <class T>
   return {x[0], x[1], x[2], v[0], v[1], v[2], live.age, live.lifetime};
 }
 
-// The particles that come and go, as they are shown: all of them, or each of several ranks' range, in the order in which one
-// rank would keep them.
+// The particles that come and go as they are shown, in the order in which one rank would keep them: all of them, or the range
+// of one of several ranks.
 template <class T>
 class LiveMemory {
  public:
@@ -99,7 +98,7 @@ class LiveMemory {
   LiveMemory(std::size_t room, Layout layout) : room_(room), columns_(room, layout) {}
   LiveMemory(const SceneFile& file, Layout layout) : LiveMemory(file.turnover.capacity, layout) { start(file); }
 
-  // The scene's own particles have age 0 and die of no age. Each of several ranks has read its range of them.
+  // Starts the scene's own particles, with age 0 and no end of life. Each of several ranks has read its range of them.
   void start(const SceneFile& file) {
     set_counts(file.particles.count, file.particles.total());
     place_at_start(file, live().state);
@@ -111,23 +110,23 @@ class LiveMemory {
 
   [[nodiscard]] LiveState<T>& live() noexcept { return columns_.live(); }
   [[nodiscard]] const LiveState<T>& live() const noexcept { return columns_.live(); }
-  // Particles of all ranks.
+  // Returns the number of particles of all ranks.
   [[nodiscard]] std::size_t all() const noexcept { return live().state.count + elsewhere_; }
   void set_counts(std::size_t here, std::size_t all) noexcept {
     live().state.count = here;
     elsewhere_ = all - here;
   }
 
-  // Each particle's id is kept from now on, and moves along with it where the state here is stepped.
+  // Keeps each particle's id from now on. The id moves with its particle if this state is stepped.
   void carry_ids() {
     ids_.assign(columns_.live().state.x[0].capacity, 0);
     carried_ = {ids_.data(), sizeof(std::uint32_t), sizeof(std::uint32_t)};
     live().carried = {&carried_, 1};
   }
-  // The ids of the particles here; 0 for those that have none yet. Empty where none are kept.
+  // Returns the ids of the particles here, 0 for those that have none yet. Empty if none are kept.
   [[nodiscard]] std::span<std::uint32_t> ids() noexcept { return std::span(ids_).first(ids_.empty() ? 0 : live().state.count); }
-  // From 1 on, in the order of births where the removal keeps it, else as they stand when first asked for; those that came and
-  // went between two calls have none. Called by all ranks.
+  // Gives ids from 1 on: in the order of births if the removal keeps it, otherwise in the particles' order at this call.
+  // Particles that came and went between two calls have none. All ranks must call it.
   void give_ids(Ranks& ranks) {
     last_id_ = in_turn(ranks, last_id_, [this](std::uint32_t last) {
       for (std::uint32_t& id : ids()) {
@@ -181,7 +180,7 @@ class LiveMemory {
   std::uint32_t last_id_ = 0;
 };
 
-// Throws Fault (bad_scene) where the scene's particles cannot come and go.
+// Throws Fault (bad_scene) if the scene's particles cannot come and go.
 template <class T>
 [[nodiscard]] LifecyclePlan<T> live_plan(const SceneFile& file, const Options& options) {
   auto plan = compile<T>(file.scene, file.turnover, options);

@@ -16,7 +16,7 @@
 namespace dvdx::tool {
 namespace {
 
-// The default, every force's own and that of the networks: what is asked for on the command line is what runs.
+// Replaces the default method, every force's own and that of the networks, so that the command line's method runs.
 void use_method(Scene& scene, Method method) {
   scene.method = method;
   scene.coupling.method = method;
@@ -47,7 +47,7 @@ std::optional<int> substeps_of(const std::string& word) {
   throw Fault(Exit::usage, fmt::format("--substeps {}: must be auto or a whole number from 1 to {}", word, most_substeps));
 }
 
-// Options for joined particles cannot go with a scene without any.
+// Applies options for joined particles, and refuses them if the scene has none.
 void couple(SceneFile& file, const SceneOptions& options) {
   for (const auto& [option, value] : {std::pair("--scheme", options.scheme), std::pair("--substeps", options.substeps)}) {
     if (!value.empty() && !is_joined(file.scene)) {

@@ -1,4 +1,4 @@
-// A scene as a run takes it: read, and with what the command line replaces.
+// A scene as a run takes it: read from its file, with the values that the command line replaces.
 #pragma once
 
 #include <optional>
@@ -27,8 +27,8 @@ struct LoadedScene {
   std::uint64_t steps = 0;
 };
 
-// Throws Fault: usage where an option cannot go with the scene, and all that read_scene throws.
-// Each of several ranks gets its part where the scene can be split by ranges, and all choose the same origins.
+// Throws Fault: usage if an option cannot go with the scene, and all that read_scene throws. If the scene can be split by
+// ranges, each of several ranks gets its part. All ranks choose the same origins.
 [[nodiscard]] LoadedScene load_scene(const SceneOptions& options, Precision precision);
 [[nodiscard]] LoadedScene load_scene(const SceneOptions& options, Precision precision, Ranks& ranks, ReadTopology topology);
 

@@ -21,13 +21,13 @@ constexpr double home = 64;
 constexpr double worth = 4;
 
 double size_of(const Vec3& x) { return std::max({std::abs(x[0]), std::abs(x[1]), std::abs(x[2])}); }
-// For particles that reach so far to all sides of a place as far out as `middle`.
+// Whether an origin at `middle` is worth it for particles that reach this far to all sides of it.
 bool is_worth(const Vec3& reach, const Vec3& middle) {
   return size_of(middle) >= home && worth * size_of(reach) <= size_of(middle);
 }
 Vec3 whole(const Vec3& x) { return {std::round(x[0]), std::round(x[1]), std::round(x[2])}; }
 
-// The anchor of the first spring; nothing where none holds the particle, or holds it where it starts.
+// Returns the anchor of the first spring, or none if no spring holds the particle or if it is anchored at its start.
 std::optional<Vec3> first_anchor(const Scene& scene, std::size_t particle) {
   for (const Force& force : scene.forces) {
     const Anchor* const anchor = anchor_of(force);
@@ -41,7 +41,7 @@ std::optional<Vec3> first_anchor(const Scene& scene, std::size_t particle) {
 
 constexpr double infinity = std::numeric_limits<double>::infinity();
 
-// The box around points, of which each rank has some.
+// A box around points that are spread over ranks.
 struct StartBox {
   Vec3 low{infinity, infinity, infinity};
   Vec3 high{-infinity, -infinity, -infinity};
@@ -71,15 +71,15 @@ Origin origin_each(const SceneFile& file, Ranks& ranks) {
   box.take_of_others(ranks);
   if (box.low != box.high) return Origin(std::move(each));
   Vec3 one = each.empty() ? Vec3{} : each.front();
-  ranks.broadcast(0, writable_bytes_in(one));  // the first rank has particles where any has
+  ranks.broadcast(0, writable_bytes_in(one));  // the first rank has particles if any has
   return one;
 }
 
-// Whether the box around more of these may be small for how far out it is. A few particles of a large scene that is drawn
-// around home tell that it is not.
+// Whether the box may still be small compared with its distance from home when all particles are in it. A few particles of a
+// large scene that is drawn around home show that it is not.
 bool may_be_worth(const StartBox& box, const UniformVectors& drawn) {
   constexpr double rounding = 1 + 1e-9;
-  Vec3 reach, farthest;  // the least half of a side, and the most that the middle may be from 0
+  Vec3 reach, farthest;  // the least half side, and the greatest distance of the middle from 0
   for (std::size_t axis = 0; axis < 3; ++axis) {
     reach[axis] = (box.high[axis] - box.low[axis]) / 2;
     const double twice = std::max(box.low[axis] + drawn.max[axis], -(box.high[axis] + drawn.min[axis]));

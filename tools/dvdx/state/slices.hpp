@@ -1,4 +1,4 @@
-// Work on particles that the threads of a run share.
+// Work on particles, shared among the threads of a run.
 #pragma once
 
 #include <algorithm>
@@ -10,8 +10,8 @@ namespace dvdx::tool {
 
 inline constexpr std::size_t most_slices = 64;
 
-// Calls use(slice, first, end) for slices of the particles below count, one after the other or side by side. use must not
-// throw. How they are cut depends on count alone.
+// Calls use(slice, first, end) for slices of the particles below count, in sequence or in parallel. use must not throw. The
+// slices depend on count alone.
 template <class Use>
 void for_each_slice(const ParallelFor& parallel, std::size_t count, const Use& use) {
   constexpr std::size_t least = std::size_t{1} << 14U;  // below it threads cost more than they save
@@ -25,7 +25,7 @@ void for_each_slice(const ParallelFor& parallel, std::size_t count, const Use& u
     of.use(slice, slice * of.each, std::min(of.count, (slice + 1) * of.each));
   };
   const std::size_t slices = (count + task.each - 1) / task.each;
-  auto* const context = const_cast<Task*>(&task);  // the callback's signature; nothing writes to it
+  auto* const context = const_cast<Task*>(&task);  // the callback takes a void*; nothing writes to it
   if (parallel.run != nullptr) return parallel.run(parallel.context, slices, body, context);
   for (std::size_t slice = 0; slice < slices; ++slice) body(context, slice);
 }

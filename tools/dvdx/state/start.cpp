@@ -30,7 +30,7 @@ bool fits(double value) {
   return std::isfinite(static_cast<T>(value));
 }
 
-// Whether all of them fit into T.
+// Writes the start of the particles. Returns true if all values fit into T.
 template <class T>
 bool place(const SceneFile& file, const State<T>& state, std::size_t first, std::size_t end) {
   bool all_fit = true;
@@ -73,7 +73,7 @@ void lower(std::atomic<std::size_t>& least, std::size_t value) {
   }
 }
 
-// placed(first, end): of particles that fit.
+// Calls placed(first, end) for each slice whose particles fit.
 template <class T, class Placed>
 void place_all(const SceneFile& file, State<T>& state, const ParallelFor& parallel, const Placed& placed) {
   std::atomic<std::size_t> first_wrong{state.count};
@@ -84,7 +84,7 @@ void place_all(const SceneFile& file, State<T>& state, const ParallelFor& parall
       lower(first_wrong, first);
     }
   });
-  // Whose slice has given nothing back, and holds what is named.
+  // The slice with the first wrong value has released nothing, so that value can still be named.
   if (first_wrong < state.count) refuse<T>(file, first_wrong, state.count);
   for (const auto id : file.scene.fixed) {
     for (std::size_t axis = 0; axis < 3; ++axis) {
@@ -107,7 +107,7 @@ void place_at_start(const SceneFile& file, State<T>& state, const ParallelFor& p
   place_all(file, state, parallel, [](std::size_t /*first*/, std::size_t /*end*/) {});
 }
 
-// A chunk that two slices share goes at the end.
+// A chunk that two slices share is released at the end.
 template <class T>
 void move_to_start(SceneFile& file, State<T>& state, const ParallelFor& parallel) {
   Particles& particles = file.particles;

@@ -1,4 +1,4 @@
-// How the particles of a scene stand at time 0.
+// The state of a scene's particles at time 0.
 #pragma once
 
 #include "dvdx/layouts/state.hpp"
@@ -8,14 +8,14 @@
 namespace dvdx::tool {
 
 // Writes position (from the scene's origin) and velocity of every particle, rounded once to T or to T and its residual; fixed
-// particles get velocity zero. Throws Fault (bad_scene) where a value is beyond T. state.count must be the scene's.
+// particles get velocity zero. Throws Fault (bad_scene) if a value is beyond T. state.count must be the scene's.
 template <class T>
 void place_at_start(const SceneFile& file, State<T>& state, const ParallelFor& parallel = {});
-// The same, and what was read of files is given back as the state fills: those values are gone.
+// The same, and releases the values read from files as the state fills: they are gone afterwards.
 template <class T>
 void move_to_start(SceneFile& file, State<T>& state, const ParallelFor& parallel);
-// Whether anything asks where a particle was at the start, once it is there: the energy of springs that are
-// anchored there, and what is as long as it was then.
+// Whether the start is still needed once particles have been placed: by the energy of springs anchored there, and by springs
+// and constraints whose length is that at the start.
 [[nodiscard]] bool is_start_asked_for(const Scene& scene);
 
 extern template void place_at_start(const SceneFile&, State<float>&, const ParallelFor&);

@@ -6,7 +6,7 @@
 namespace dvdx::tool {
 namespace {
 
-// Where a block begins is kept in front of what is given of it.
+// The address of the block is stored in front of the aligned memory that is given out.
 void* take(void* /*context*/, std::size_t bytes, std::size_t boundary) {
   void* const block = std::calloc(1, bytes + boundary + sizeof(void*));
   if (block == nullptr) return nullptr;

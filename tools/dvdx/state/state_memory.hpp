@@ -19,13 +19,13 @@ namespace dvdx::tool {
 enum class Layout { soa, aos, aosoa };
 inline constexpr std::array<Named<Layout>, 3> layouts{{{"soa", Layout::soa}, {"aos", Layout::aos}, {"aosoa", Layout::aosoa}}};
 
-// Zeros from the C library, which takes large ones fresh from the system: none of it is there before it is used.
+// Zeros from the C library, which gets large blocks fresh from the system: none of it takes memory before it is used.
 extern const Memory fresh_memory;
 
 template <class T>
 class StateMemory {
  public:
-  // Residuals, where they are carried, lie beside the layout in columns of their own.
+  // Residuals, if carried, are in columns of their own beside the layout.
   StateMemory(Layout layout, std::size_t count, Rounding rounding = Rounding::plain) : memory_(make(layout, count)) {
     if (rounding == Rounding::compensated) rests_.emplace(count, fresh_memory);
   }

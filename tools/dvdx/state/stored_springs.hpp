@@ -24,7 +24,7 @@ template <class T>
   return std::hypot(b[0] - a[0], b[1] - a[1], b[2] - a[2]);
 }
 
-// As the state held it, rounded to its precision.
+// Returns a particle's start as the state held it, rounded to T.
 template <class T>
 [[nodiscard]] Vec3 start_of(const SceneFile& file, std::size_t particle) {
   auto start = value_of(file.particles.position, particle);
@@ -36,7 +36,7 @@ template <class T>
   return {static_cast<std::uint32_t>(std::min(i, j)), static_cast<std::uint32_t>(std::max(i, j))};
 }
 
-// Ascending, each by its lesser end first.
+// Returns the torn springs in ascending order, each with its lesser end first.
 [[nodiscard]] inline std::vector<Pair> torn_springs(const Network& network) {
   std::vector<Pair> torn = std::visit([](const auto& of) { return of.broken; }, network);
   for (Pair& ends : torn) ends = ascending(ends[0], ends[1]);
@@ -47,15 +47,15 @@ template <class T>
   return !torn.empty() && std::binary_search(torn.begin(), torn.end(), ascending(i, j));
 }
 
-// One of a network's, or two in one's place.
+// A spring of a network. zero_length: the stiffness, N/m, of a second spring beside it, of no rest length; 0: none.
 struct StoredSpring {
   std::size_t i, j;
   double stiffness, rest_length;
   double zero_length = 0;
 };
 
-// Calls use(count, spring_at) for springs that follow one after another. In a grid: every (down, right) neighbour of its
-// particles, right of them or left.
+// Calls use(count, spring_at) for each kind of springs in turn. In a grid a kind joins particles to their neighbour (down,
+// right), which is right of them or left.
 template <class T, class Use>
 void for_each_kind(const SceneFile& /*file*/, const Grid& grid, const Use& use) {
   const auto add = [&](double stiffness, std::size_t down, std::ptrdiff_t right) {

@@ -1,4 +1,4 @@
-// The threads of a run: OpenMP's where the build has it, else the calling thread alone.
+// The threads of a run: OpenMP's if the build has it, otherwise the calling thread alone.
 #pragma once
 
 #include <memory>
@@ -8,7 +8,7 @@
 namespace dvdx::tool {
 
 [[nodiscard]] int most_threads();  // that this build can use here
-[[nodiscard]] int all_cores();     // what a run takes where it is not told
+[[nodiscard]] int all_cores();     // a run's threads if none are given
 
 class Threads {
  public:

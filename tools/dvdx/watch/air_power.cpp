@@ -76,7 +76,7 @@ bool meets_air(const Scene& scene) noexcept {
 
 namespace {
 
-// Calls use(triangle, aerodynamics) for each that meets air, in the order in which they are summed.
+// Calls use(triangle, aerodynamics) for each triangle that meets air, in the order of summation.
 template <class Use>
 void for_each_in_air(const Scene& scene, const Use& use) {
   for (const Network& network : scene.networks) {

@@ -16,16 +16,16 @@ namespace dvdx::tool {
 
 class AirPower {
  public:
-  // all: particles. Each of several ranks looks at some of the triangles, and asks for their corners.
+  // all: the number of particles. Each of several ranks takes some of the triangles, and asks for their corners.
   AirPower(const Scene& scene, std::size_t all, const Held& held);
 
-  // W: the sum of F.wind, F the air's force on a triangle, over the triangles where it is positive, at the state's time.
+  // Returns W: the sum of F.wind over the triangles where it is positive, at the state's time. F: force on a triangle.
   template <class T>
   [[nodiscard]] double at(const State<T>& state) const;
 
  private:
   struct Share {
-    std::vector<Triangle> triangles;       // by places among `corners`
+    std::vector<Triangle> triangles;       // by indices among the corners
     std::vector<const Aerodynamics*> air;  // of each
     std::size_t corners = 0;               // each once
     std::unique_ptr<RangeExchange> exchange;

@@ -18,7 +18,7 @@ namespace dvdx::tool {
 namespace {
 
 constexpr std::size_t chunk = 1 << 20;  // bytes of text
-// Events: what a step may hold at most, but for one in which hundreds of impacts of each particle follow one another.
+// Room for events: enough for a step, unless hundreds of impacts of each particle follow one another in it.
 constexpr std::size_t least_room = std::size_t{1} << 16U;
 constexpr std::size_t most_room = std::size_t{1} << 24U;
 constexpr std::size_t events_each = 256;
@@ -45,7 +45,7 @@ ContactWatch::ContactWatch(const SceneFile& file, Sums sums, const std::filesyst
   report_.emplace(contacts_, std::span(reinterpret_cast<ContactEvent*>(room_.get()), count));
 }
 
-// A run that can be gone on from keeps its events beside its checkpoint, and writes them all when it ends.
+// A run that writes checkpoints keeps its events beside its checkpoint, and writes them all when it ends.
 void ContactWatch::open_events(const SceneFile& file, Checkpoints& checkpoints) {
   if (events_.extension() != ".csv") throw Fault(Exit::usage, "--events " + events_.string() + ": must end in .csv");
   if (ranks_.rank() != 0) return;
@@ -60,7 +60,7 @@ void ContactWatch::open_events(const SceneFile& file, Checkpoints& checkpoints) 
     check_kept(checkpoints.resumed_events(), *header.events);
   }
   remove_stale_parts(events_.parent_path());
-  file_.emplace(events_);  // what is wrong with the target is said before the first step
+  file_.emplace(events_);  // reports a bad target before the first step
   if (resumed == nullptr) text_ = "step,time,particle,contact,x,y,z,nx,ny,nz,impulse\n";
   if (checkpoints.is_writing()) {
     file_.reset();
@@ -83,7 +83,7 @@ void ContactWatch::check_lost() {
                                               events_.string(), report_->steps(), report_->lost()));
 }
 
-// As the scene numbers them. Where a particle's number stands among all, all ranks find together: each counts its own below it.
+// Names particles by the scene's numbers. All ranks together find a number's index among all: each counts its own below it.
 void ContactWatch::name_particles(std::span<const std::uint64_t> events_of_ranks) {
   if (!numbers_) {
     for (ContactEvent& event : gathered_) {
@@ -97,7 +97,7 @@ void ContactWatch::name_particles(std::span<const std::uint64_t> events_of_ranks
   for (std::size_t k = 0; k < gathered_.size(); ++k) {
     all[first + k] = static_cast<std::uint64_t>((*numbers_)[gathered_[k].particle]);
   }
-  ranks_.sum(all);  // to which the others have added nothing
+  ranks_.sum(all);  // the other ranks have added zeros
   for (std::uint64_t& number : all) {
     const auto found = std::lower_bound(numbers_->begin(), numbers_->end(), static_cast<std::int64_t>(number));
     number = static_cast<std::uint64_t>(found - numbers_->begin());
@@ -106,7 +106,7 @@ void ContactWatch::name_particles(std::span<const std::uint64_t> events_of_ranks
   for (std::size_t k = 0; k < gathered_.size(); ++k) gathered_[k].particle = all[first + k];
 }
 
-// In the order of step and particle; each particle's are one rank's, in the order of time.
+// Returns all events in the order of step and particle. The events of a particle are on one rank, in the order of time.
 std::span<const ContactEvent> ContactWatch::gathered() {
   const auto mine = report_->events();
   if (ranks_.count() == 1) return mine;

@@ -22,35 +22,35 @@ enum class Sums { left_out, counted };
 
 class ContactWatch {
  public:
-  // events: empty, or the file that they are written to. Throws Fault: usage where that is no .csv, is what the scene is read
-  // from, or where the run that is gone on from has kept none; input_output where it cannot be written. All ranks make one and
-  // call the same members.
+  // events: empty, or the file that they are written to. Throws Fault: usage if that is no .csv, is a file that the scene is
+  // read from, or if the resumed run has kept none; input_output if it cannot be written. All ranks make one and call the same
+  // members.
   ContactWatch(const SceneFile& file, Sums sums, const std::filesystem::path& events, Checkpoints& checkpoints, Ranks& ranks);
 
-  // The scene's particles that the report tells of, in its order: kept by the caller. Else they are side by side.
+  // The scene's numbers of the particles in the report, in its order; the caller keeps them. By default they are consecutive.
   void tell_of(std::span<const std::uint32_t> particles) noexcept { particles_ = particles; }
-  // The same for particles that come and go: by where each stands among those of all ranks, in the order of their numbers.
-  // numbers: this rank's of those that the next call begins with, ascending; kept by the caller.
+  // The same for particles that come and go: each is named by its index among those of all ranks, in the order of their
+  // numbers. numbers: of this rank's particles when the next call begins, ascending; the caller keeps them.
   void tell_in_order(std::span<const std::int64_t> numbers) noexcept { numbers_ = numbers; }
 
-  // Whether each event is told of, by the number of its particle.
+  // Whether each event is recorded, with the number of its particle.
   [[nodiscard]] bool tells_events() const noexcept { return steps_in_room_ != 0; }
 
-  // Null where nobody asks.
+  // Null if nothing is recorded.
   [[nodiscard]] ContactReport* report() noexcept { return report_ ? &*report_ : nullptr; }
-  // That one call may take of `wanted`, so that all their events find room.
+  // Returns the steps that one call may take, at most `wanted`, so that all their events find room.
   [[nodiscard]] std::uint64_t most_steps(std::uint64_t wanted) const noexcept;
-  // Writes the events that the last call has left. Throws Fault (input_output) where there were more than found room.
+  // Writes the events of the last call. Throws Fault (input_output) if there were more than found room.
   void write();
   void finish();
-  // Sends what was written on its way to the disk: a checkpoint counts on it.
+  // Passes the gathered text to its file, because a checkpoint counts on it.
   void flush();
-  // All ranks' sums, as part of a checkpoint; and those that a run goes on from, of which a step was the last.
+  // words() returns the sums of all ranks for a checkpoint. load() takes those of a resumed run, whose last step is `done`.
   [[nodiscard]] std::vector<std::int64_t> words();
   void load(std::span<const std::int64_t> words, std::uint64_t done, Source& source);
-  // Takes the other ranks' sums too.
+  // Adds the other ranks' sums.
   void join();
-  // In the scene's order.
+  // Returns the sums in the scene's order of contacts.
   [[nodiscard]] std::vector<ContactSum> sums() const;
 
  private:
@@ -62,17 +62,17 @@ class ContactWatch {
 
   Ranks& ranks_;
   std::size_t contacts_;
-  std::size_t first_;  // the scene's number of the first of particles that are side by side
+  std::size_t first_;  // the scene's number of the first particle, if numbers are consecutive
   const Numbering& numbering_;
   std::span<const std::uint32_t> particles_{};
   std::optional<std::span<const std::int64_t>> numbers_;
   std::filesystem::path events_;
   std::vector<ContactEvent> gathered_;
-  std::unique_ptr<std::byte[]> room_;  // what no event is written to takes no memory
+  std::unique_ptr<std::byte[]> room_;  // unused room takes no memory
   std::uint64_t steps_in_room_ = 0;    // 0: of any number of steps
   std::optional<ContactReport> report_;
   std::optional<PartFile> file_;  // the first rank's
-  KeptFile* kept_ = nullptr;      // of a run that can be gone on from: the first rank's
+  KeptFile* kept_ = nullptr;      // the first rank's, of a run that writes checkpoints
   std::string text_;
 };
 

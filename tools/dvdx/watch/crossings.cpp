@@ -139,7 +139,7 @@ void Crossings::build() {
   if (!order_.empty()) build(0, order_.size());
 }
 
-// Halves along the longest side of the box.
+// Splits the triangles in halves along the longest side of their box.
 std::size_t Crossings::build(std::size_t from, std::size_t to) {
   const std::size_t node = nodes_.size();
   nodes_.push_back({.box = boxes_[order_[from]], .from = from, .to = to});

@@ -1,4 +1,4 @@
-// How often cloth goes through cloth: edges of its triangles through other triangles.
+// Counts how often cloth goes through cloth: edges of its triangles through other triangles.
 #pragma once
 
 #include <array>
@@ -14,30 +14,30 @@
 
 namespace dvdx::tool {
 
-// The triangles of grids, each cell cut from (row, column) to (row + 1, column + 1), and of meshes; none of nets.
+// Returns the triangles of grids (cells cut from (row, column) to (row + 1, column + 1)) and of meshes; none of nets.
 [[nodiscard]] std::vector<Triangle> cloth_triangles(const Scene& scene);
-// Particles that springs without length join: the ends of seams.
+// Returns the particles joined by springs of rest length 0: the ends of seams.
 [[nodiscard]] std::vector<Pair> sewn_pairs(const Scene& scene);
 
-// A tree of boxes around the triangles, so that an edge of any length finds all that it may go through.
+// A tree of boxes around the triangles, in which an edge of any length finds all triangles that it may go through.
 class Crossings {
  public:
-  // sewn: particles that count as one corner.
+  // sewn: pairs of particles that count as one corner.
   explicit Crossings(std::vector<Triangle> triangles, std::span<const Pair> sewn = {});
 
-  // Pairs of an edge and a triangle without a common corner, where the edge's ends are on different sides of the triangle and
-  // the line between them passes inside it or through its border. In double: what is nearer to a corner, an edge or the plane
-  // than some 1e-15 of the coordinates may fall on either side. Triangles and edges that are not finite are left out.
+  // Counts pairs of an edge and a triangle without a common corner: the edge's ends are on different sides of the triangle, and
+  // the line between them passes inside it or through its border. Computed in double: an edge nearer to a corner, an edge or
+  // the plane than some 1e-15 of the coordinates may count either way. Triangles and edges that are not finite are left out.
   template <class T>
   [[nodiscard]] std::size_t count(const State<T>& state);
-  // Each triangle's side counts by what it is at these places, place(particle), from now on.
+  // From now on measures each triangle's side relative to its side at the positions place(particle).
   template <class Place>
   void measure_by(const Place& place) {
     units_.clear();
     for (const Triangle& of : triangles_) units_.push_back(side_of({place(of[0]), place(of[1]), place(of[2])}));
   }
-  // m, or as measured, of the triangles that were counted last: the longest of each one's second longest side. So a cell's
-  // diagonal does not count beside its sides.
+  // Returns the longest side of the triangles counted last, m or as measure_by() measures. A triangle counts by its second
+  // longest side, so that a cell's diagonal does not count beside its sides.
   [[nodiscard]] double longest_side() const noexcept { return longest_side_; }
 
  private:
@@ -49,7 +49,7 @@ class Crossings {
   struct Node {
     Box box{};
     std::size_t from = 0, to = 0;  // of order_
-    std::size_t second = 0;        // the node of the second half, that of the first is the next; 0: a leaf
+    std::size_t second = 0;        // the node of the second half; the first half's is the next one; 0: a leaf
   };
 
   [[nodiscard]] std::size_t count();

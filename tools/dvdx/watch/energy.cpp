@@ -60,7 +60,7 @@ struct Potential {
   double operator()(const Drag& /*force*/) const { return 0; }
 };
 
-// Adds the energy that a network stores, in the order in which it is summed.
+// Adds the energy that a network stores, in the order of its springs.
 template <class T>
 struct StoredEnergy {
   const SceneFile& file;
@@ -85,7 +85,7 @@ struct StoredEnergy {
     }
   }
 
-  // Takes so many springs at a time: each rank asks for the ends of some, and one adds after the other.
+  // Takes at_once springs at a time: each rank asks for the ends of some, and the ranks add one after the other.
   template <class SpringAt>
   void add_by_ranges(std::size_t count, const SpringAt& spring_at) const {
     const auto ranks = static_cast<std::size_t>(held.ranks->count());

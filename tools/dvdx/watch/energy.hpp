@@ -9,7 +9,7 @@
 
 namespace dvdx::tool {
 
-// Neumaier's sum: what each addition loses is kept beside it.
+// Neumaier's sum: it keeps what each addition rounds away.
 class EnergySum {
  public:
   void add(double term) noexcept;
@@ -20,13 +20,13 @@ class EnergySum {
   double lost_ = 0;
 };
 
-// J: kinetic, plus the potential of constant forces (zero at the origin), springs, radial springs and networks, whose rest
-// lengths "start" are those of the scene's start. Drag and forces of time alone have none. Summed in float64 in particle order
-// with a running compensation, so the same for every layout and thread count. Several ranks all get the same.
+// Returns J: kinetic energy, plus the potential of constant forces (zero at the origin), springs, radial springs and networks.
+// Rest lengths "start" are those of the scene's start. Drag and forces of time alone have no potential. Summed in float64 in
+// particle order with a running compensation: the same for every layout and thread count, and on all ranks.
 template <class T>
 [[nodiscard]] double energy(const SceneFile& file, const State<T>& state, const Held& held = {});
 
-// The two parts of it: of each particle, and of the springs of networks, which are the file's with those torn that tore since.
+// Add its two parts: that of particles, and that of networks' springs. networks: the file's, with springs torn since marked so.
 template <class T>
 void add_particles(const SceneFile& file, const State<T>& state, const Held& held, EnergySum& sum);
 template <class T>

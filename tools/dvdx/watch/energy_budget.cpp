@@ -42,7 +42,7 @@ Vec3 acceleration_at(const Scene& scene, double seconds) {
   return sum;
 }
 
-// Sums particle by particle: each of several ranks goes on from the sums of those before it.
+// Sums particle by particle: each of several ranks continues the sums of the ranks before it.
 template <class T>
 Moments moments_of(const Scene& scene, const State<T>& state, const Held& held, double air) {
   auto all = in_turn(held.ranks, Moments{.air = air}, [&](Moments sums) {
@@ -74,8 +74,8 @@ Moments moments_of(const Scene& scene, const State<T>& state, const Held& held, 
   return all;
 }
 
-// J: every particle at a thousand units in the last place of float32, of the largest distance between particles, a step; at ten
-// thousand under constraints, whose chains round in each of many sub-steps of their own.
+// Returns J: the energy if every particle moves a thousand float32 units in the last place in a step, of the largest distance
+// from the first particle along an axis; ten thousand under constraints, whose chains round in each of their many sub-steps.
 template <class T>
 double noise_of(const SceneFile& file, const State<T>& state, const Held& held) {
   struct Sums {
@@ -109,7 +109,7 @@ bool pushes_out(const Scene& scene) {
   });
 }
 
-// Pairs that are too near at the start are put apart, and keep the speed at which they go.
+// Whether pairs that are too near at the start are pushed apart: they keep the speed at which they go.
 bool puts_apart(const Scene& scene) {
   if (!scene.meet || scene.meet->near_at_start == NearAtStart::pass) return false;
   return scene.meet->near_at_start == NearAtStart::meet || scene.meet->radius.has_value();
@@ -125,7 +125,7 @@ EnergyBudget::EnergyBudget(const SceneFile& file, const State<T>& start, const H
       account_{.now = moments_of(file.scene, start, held, air_.at(start)), .seconds = start.clock.seconds},
       start_mass_(account_.now.mass),
       noise_(noise_of(file, start, held)) {
-  // `energy` is kinetic, the springs', and -a.mx of the constant forces.
+  // energy() is kinetic energy, that of springs, and -a.mx of the constant forces, which is taken out again.
   start_ = energy(file, start, held);
   for (const auto& force : file.scene.forces) {
     const auto* constant = std::get_if<Constant>(&force);
@@ -143,7 +143,7 @@ void EnergyBudget::look(const State<T>& state) {
   const Vec3 a0 = acceleration_at(file_.scene, seconds);
   const Vec3 a = acceleration_at(file_.scene, 0.5 * (seconds + until));
   const Vec3 a1 = acceleration_at(file_.scene, until);
-  // The way is h/6 (p0 + 4 p + p1), the work h/6 (a0 p0 + 4 a p + a1 p1).
+  // The displacement is h/6 (p0 + 4 p + p1), the work h/6 (a0 p0 + 4 a p + a1 p1).
   for (std::size_t axis = 0; axis < 3; ++axis) {
     work += a[axis] * (next.mass[axis] - now.mass[axis]);
     work += sixth * ((a0[axis] - a[axis]) * now.momentum[axis] + (a1[axis] - a[axis]) * next.momentum[axis]);
@@ -174,7 +174,7 @@ double EnergyBudget::driven() const noexcept {
 
 std::optional<std::uint64_t> steps_between_looks(const SceneFile& file) {
   constexpr double turn = 0.3;  // rad, between looks
-  constexpr double coarse = 1;  // rad a step: beyond it the middle stands for nothing
+  constexpr double coarse = 1;  // rad a step: beyond it the middle represents nothing
   if ((file.scene.networks.empty() && file.scene.constraints.empty()) || is_live(file) || !(file.step > 0)) return std::nullopt;
   if (has_followers(file.scene) || pushes_out(file.scene) || puts_apart(file.scene)) return std::nullopt;
   double fastest = 0;  // rad a step
@@ -195,7 +195,7 @@ std::optional<std::uint64_t> steps_between_looks(const SceneFile& file) {
 double most_share(const NetworkLimit& limit, double step) noexcept {
   constexpr double bar = 1.3;
   constexpr double most_swing = 10;
-  const double part = limit.frequency * step / limit.substeps / limit.limit;  // 0 where there is no limit
+  const double part = limit.frequency * step / limit.substeps / limit.limit;  // 0 if there is no limit
   return bar * std::min(most_swing, part < 1 ? 1 / (1 - part * part) : most_swing);
 }
 

@@ -1,4 +1,4 @@
-// Whether a run heats: whether more moves than the start and the forces can have given.
+// Whether a run heats: whether it has more kinetic energy than the start and the forces can have given.
 #pragma once
 
 #include <algorithm>
@@ -17,10 +17,10 @@
 
 namespace dvdx::tool {
 
-// NetworkLimit::frequency of a scene whose limit has the bound in its place. Called by all ranks.
+// Returns NetworkLimit::frequency for a scene whose limit has only the bound. All ranks must call it.
 using FindFrequency = std::function<double()>;
 
-// Looked at from time to time. Does nothing where no bound is known.
+// Looks from time to time. Does nothing if no bound is known.
 template <class T>
 class HeatWatch {
  public:
@@ -38,18 +38,18 @@ class HeatWatch {
   [[nodiscard]] std::uint64_t most_steps(std::uint64_t done, std::uint64_t wanted) const {
     return every_ ? std::min(wanted, *every_ - done % *every_) : wanted;
   }
-  // Checkpoints and frames that end a batch between two looks leave no trace in what is found.
+  // Skips other steps: checkpoints and frames that end a batch between two looks do not change the result.
   void look_when_due(const State<T>& state, std::uint64_t done) {
     if (every_ && done % *every_ == 0) look(state, done);
   }
-  // At the end, whenever that is.
+  // Looks now, as at the end of a run.
   void look(const State<T>& state, std::uint64_t done) {
     if (!warmth_ || warmth_->is_heating) return;
     look_at_budget(state, done);
     *warmth_ = {
         .is_heating = is_too_much(budget_->share()), .kinetic = budget_->kinetic(), .given = budget_->given(), .step = done};
   }
-  // The same of what springs hold besides, J. J that forces without a potential have given so far, where that is known.
+  // The same with J that springs hold added. Returns J that forces without a potential have given so far, or none if unknown.
   std::optional<double> look_at_held(const State<T>& state, std::uint64_t done, double elastic) {
     if (!warmth_ || warmth_->is_heating) return std::nullopt;
     look_at_budget(state, done);
@@ -101,7 +101,7 @@ class HeatWatch {
     if (std::exchange(looked_at_, done) != done) observer_.look(*budget_, state);
   }
 
-  // Most looks do not ask for the frequency at the start: it lies between 0 and the bound.
+  // Most looks do not need the frequency at the start, because it lies between 0 and the bound.
   [[nodiscard]] bool is_too_much(double share) {
     if (find_frequency_) {
       NetworkLimit still = limit_;
@@ -125,8 +125,8 @@ class HeatWatch {
 
   Observer<T>& observer_;
   double step_;
-  NetworkLimit limit_{.limit = std::numeric_limits<double>::infinity()};  // of constraints alone
-  FindFrequency find_frequency_;                                          // none where limit_ has it
+  NetworkLimit limit_{.limit = std::numeric_limits<double>::infinity()};  // the default: for constraints alone
+  FindFrequency find_frequency_;                                          // none if limit_ has it
   std::optional<std::uint64_t> every_;
   std::optional<EnergyBudget> budget_;
   std::optional<Warmth> warmth_;

@@ -1,5 +1,5 @@
-// Springs and constraints, looked at from time to time while a run goes on: how far they are off their lengths, and the energy
-// that they hold.
+// Looks at springs and constraints from time to time during a run: how far they are off their lengths, and the energy that they
+// hold.
 #pragma once
 
 #include <algorithm>
@@ -21,24 +21,24 @@
 
 namespace dvdx::tool {
 
-// One process looks: of several ranks none has all that is joined. All end their batches of steps alike, on which the bits of
-// compensated states depend, and where heating is looked for they end there anyway.
+// One process looks: none of several ranks has all springs and constraints. Several ranks still end their batches of steps at
+// the same steps, on which the bits of compensated states depend. Looks for heating end batches there anyway.
 template <class T>
 class JoinWatch {
  public:
-  // plan: of the whole scene, where one process looks.
+  // plan: of the whole scene, if one process looks.
   JoinWatch(const LoadedScene& loaded, const std::optional<NetworkLimit>& limit, const HeatWatch<T>& heat, int ranks,
             const Plan<T>* plan)
       : plan_(plan), is_alone_(ranks == 1) {
     const Scene& scene = loaded.file.scene;
     if (scene.networks.empty() && scene.constraints.empty()) return;
     constexpr std::uint64_t substeps = 512;  // from look to look
-    constexpr std::uint64_t looks = 8;       // in a run at least, where it is long enough
+    constexpr std::uint64_t looks = 8;       // at least, in a run that is long enough
     const auto of_step = static_cast<std::uint64_t>(limit ? limit->substeps : scene.coupling.substeps.value_or(1));
     const std::uint64_t wanted = std::min(substeps / of_step, loaded.steps / looks);
     const std::uint64_t unit = heat.every().value_or(32);
     every_ = unit * std::max<std::uint64_t>(wanted / unit, 1);
-    // A fold that is drawn tight lasts a few frames, and others pass through it meanwhile.
+    // A fold that is drawn tight lasts a few frames, and others may pass through it meanwhile.
     if (scene.meet) every_ = std::clamp<std::uint64_t>(loaded.steps / looks, 1, 4);
     for (const Network& network : scene.networks) {
       const std::vector<Pair> torn = torn_springs(network);
@@ -62,7 +62,7 @@ class JoinWatch {
     if (is_due(done)) look(observer, state, done, heat);
   }
   [[nodiscard]] bool is_due(std::uint64_t done) const { return looks() && done % *every_ == 0; }
-  // At the start, and at the end whenever that is.
+  // Looks now, as at the start and at the end of a run.
   void look(Observer<T>& observer, const State<T>& state, std::uint64_t done, HeatWatch<T>& heat) {
     if (!looks() || looked_at_ == done) return;
     looked_at_ = done;
@@ -73,15 +73,15 @@ class JoinWatch {
       sums_.rods = {.most = now.off, .ends = now.rod, .constraint = now.constraint, .time = time};
     }
     sums_.most_energy = std::max(sums_.most_energy, observer.energy_of_particles(state) + now.elastic);
-    constexpr double seen = 1.05;  // of a spring's length: less is within what sub-steps by themselves keep to
+    constexpr double seen = 1.05;  // of a spring's length: less is within the accuracy of the sub-steps themselves
     const double elastic = now.stretch > seen ? std::max(now.elastic - rounding_of(state), 0.0) : 0;
     if (const auto driven = heat.look_at_held(state, done, elastic)) sums_.driven = std::max(sums_.driven, *driven);
   }
   [[nodiscard]] bool looks() const { return is_alone_ && every_.has_value(); }
-  // The springs and constraints at their worst so far; none where they are not looked at.
+  // Returns the worst of springs and constraints so far, or none if they are not looked at.
   [[nodiscard]] std::optional<Joins> seen() const { return looks() ? std::optional(sums_) : std::nullopt; }
 
-  // Any number of ranks goes on from it. Once several have run, the worst is not known any more.
+  // Any number of ranks can resume from it. Once several have run, the worst is no longer known.
   void save(Sink& sink) const {
     if (!every_) return;
     auto sums = sums_;
@@ -109,7 +109,7 @@ class JoinWatch {
     use(of.rods.constraint);
   }
 
-  // J: in the springs, where positions are a few units in the last place of the largest coordinate off.
+  // Returns J: the energy of the springs if positions are off by a few units in the last place of the largest coordinate.
   [[nodiscard]] double rounding_of(const State<T>& state) const {
     constexpr double units = 16;
     double largest = 0;

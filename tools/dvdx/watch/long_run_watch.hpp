@@ -1,4 +1,4 @@
-// Whether a run takes longer than a minute, as its first quarter of a second tells.
+// Predicts from the first quarter of a second whether a run takes longer than a minute.
 #pragma once
 
 #include <cstdint>
@@ -8,8 +8,8 @@ namespace dvdx::tool {
 
 class LongRunWatch {
  public:
-  // seconds: of some more steps. left: steps after them. Returns once, where all that are left take longer than a
-  // minute: how long, s.
+  // seconds: the time of `steps` more steps. left: the steps after them. Returns a time in s once: that of all steps that are
+  // left, if it is longer than a minute.
   std::optional<double> take(double seconds, std::uint64_t steps, std::uint64_t left) noexcept {
     if (is_judged_) return std::nullopt;
     seconds_ += seconds;

@@ -1,4 +1,4 @@
-// How particles meet, looked at from time to time while a run goes on.
+// Looks at how particles meet from time to time during a run.
 #pragma once
 
 #include <algorithm>
@@ -20,11 +20,11 @@ namespace dvdx::tool {
 
 class MeetWatch {
  public:
-  // Crossings are counted where one rank has all particles.
+  // Crossings are counted if one rank has all particles.
   explicit MeetWatch(const LoadedScene& loaded, int ranks = 1) {
     constexpr std::uint64_t steps = 32;          // from look to look
-    constexpr std::uint64_t steps_of_cloth = 4;  // of which JoinWatch looks as often
-    constexpr std::uint64_t looks = 8;           // in a run at least, where it is long enough
+    constexpr std::uint64_t steps_of_cloth = 4;  // JoinWatch looks at cloth as often
+    constexpr std::uint64_t looks = 8;           // at least, in a run that is long enough
     const Scene& scene = loaded.file.scene;
     if (!scene.meet) return;
     auto triangles = scene.meet->radius || has_tears(loaded.file) ? std::vector<Triangle>() : cloth_triangles(scene);
@@ -55,8 +55,8 @@ class MeetWatch {
     crossed_.longest_side = crossings_->longest_side();
     crossed_.time = state.clock.seconds;
   }
-  // Pairs, their overlap and crossings at the last look, the longest list, the deepest overlap and the most crossings of all
-  // looks.
+  // Returns pairs, their overlap and crossings at the last look, and the longest list, the deepest overlap and the most
+  // crossings of all looks.
   [[nodiscard]] std::optional<Met> seen() const {
     if (!every_) return std::nullopt;
     return Met{.pairs = last_.touching,
@@ -92,7 +92,7 @@ class MeetWatch {
   }
 
  private:
-  // Holes are no cloth.
+  // Torn cloth is not checked: crossing a hole is no fault.
   static bool has_tears(const SceneFile& file) {
     const auto is_torn = [](const Network& network) {
       return std::visit([](const auto& of) { return !of.broken.empty(); }, network);
@@ -106,7 +106,7 @@ class MeetWatch {
   double overlap_most_ = 0;
   std::optional<Crossings> crossings_;  // of cloth that does not tear
   Crossed crossed_;
-  std::uint64_t rebuilt_before_ = 0;  // until the checkpoint that the run went on from
+  std::uint64_t rebuilt_before_ = 0;  // until the checkpoint that the run resumed from
 };
 
 }  // namespace dvdx::tool

@@ -1,4 +1,4 @@
-// Everything that is seen of a run's states: their file, energy, hash and health.
+// Everything that a run reports of its states: their file, energy, hash and health.
 #pragma once
 
 #include <cstdint>
@@ -21,9 +21,9 @@
 
 namespace dvdx::tool {
 
-// Writes and hashes states and computes their energy as the world sees them: in float64 where their own columns are counted
-// from an origin of their own or carry residuals, else as they are. Each of several ranks has its part of the particles, and
-// all get the same.
+// Writes and hashes states and computes their energy in world coordinates: in float64 if their columns have an origin of their
+// own or carry residuals, otherwise as they are. Each of several ranks has its part of the particles, and all get the same
+// results.
 template <class T>
 class Observer {
  public:
@@ -48,11 +48,11 @@ class Observer {
     if (world_out_ != nullptr) world_out_->finish();
   }
 
-  // networks: the scene's as they are then.
+  // networks: the scene's, as they are at that time.
   [[nodiscard]] double energy(std::span<const Network> networks, const State<T>& state) {
     return world_ ? tool::energy(ranks_, file_, networks, seen(state)) : tool::energy(ranks_, file_, networks, state);
   }
-  // J: without networks. For one process.
+  // Returns J, without networks. For one process.
   [[nodiscard]] double energy_of_particles(const State<T>& state) {
     EnergySum sum;
     world_ ? add_particles(file_, seen(state), held_, sum) : add_particles(file_, state, held_, sum);

@@ -1,4 +1,4 @@
-// Results for a state whose particles several ranks hold, each a range of them: the same, to the last bit, as for one rank's.
+// Results for a state of which each of several ranks holds a range of particles. They equal those of one rank to the last bit.
 #pragma once
 
 #include <cstdint>
@@ -11,17 +11,17 @@
 
 namespace dvdx::tool {
 
-// From rank to rank in the order of the particles.
+// Pass from rank to rank in the order of the particles.
 template <class T>
 [[nodiscard]] std::uint64_t state_hash(Ranks& ranks, const State<T>& state);
 template <class T>
 [[nodiscard]] double energy(Ranks& ranks, const SceneFile& file, std::span<const Network> networks, const State<T>& state);
 [[nodiscard]] Health combined(Ranks& ranks, const Health& mine);
 
-// The Options::elsewhere of all ranks together.
+// Returns the Options::elsewhere of all ranks together.
 [[nodiscard]] PartContext elsewhere_of(Ranks& ranks, const SceneFile& file);
 
-// Seconds that the slowest rank took.
+// Returns the time in s of the slowest rank.
 [[nodiscard]] double longest(Ranks& ranks, double seconds);
 
 extern template std::uint64_t state_hash(Ranks&, const State<float>&);

@@ -10,7 +10,7 @@ namespace {
 
 double product(const Vec3& a, const Vec3& b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
 
-// The contacts whose number has the bit as it is asked for, which put out at once.
+// Returns the contacts whose index has `bit` set or not, as asked for. They put particles out at once.
 Scene group_of(const Scene& scene, unsigned bit, std::size_t is_set) {
   Scene group;
   group.motions = scene.motions;

@@ -1,4 +1,4 @@
-// Whether particles are between two surfaces that leave them no place outside of both.
+// Whether particles are between two surfaces that leave no place outside both.
 #pragma once
 
 #include <array>
@@ -13,9 +13,9 @@
 
 namespace dvdx::tool {
 
-// One process looks, where the scene has two contacts or more. Any two of them differ in some bit of their numbers: of each
-// bit, those that have it and those that do not put particles out by themselves. One that both put out, in opposite directions,
-// is inside two surfaces.
+// One process looks, if the scene has two contacts or more. Any two contacts differ in some bit of their indices. For each bit,
+// the contacts with it and those without it put particles out separately. A particle that both groups put out, in opposite
+// directions, is inside two surfaces.
 class PinchWatch {
  public:
   PinchWatch(const SceneFile& file, int ranks) : file_(file), looks_(ranks == 1 && file.scene.contacts.size() > 1) {}
@@ -23,7 +23,7 @@ class PinchWatch {
   template <class T>
   void look(const State<T>& state);
 
-  // The deepest of all looks since the run began or went on from a checkpoint.
+  // The deepest of all looks since the run began or resumed from a checkpoint.
   [[nodiscard]] const std::optional<Pinch>& found() const noexcept { return found_; }
 
  private:

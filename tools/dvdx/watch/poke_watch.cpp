@@ -7,7 +7,7 @@
 namespace dvdx::tool {
 namespace {
 
-// Bodies that particles are kept outside of: the straight line between two that are outside may go through one.
+// Whether particles are kept outside the body: a straight line between two that are outside may go through it.
 bool can_poke(const Contact& contact) {
   if (std::holds_alternative<Plane>(contact)) return false;
   const auto is_outside = [](const auto& body) {
@@ -17,7 +17,7 @@ bool can_poke(const Contact& contact) {
   return std::visit(is_outside, contact);
 }
 
-// The surfaces themselves, without what keeps particles off them.
+// Returns the bodies' surfaces alone, without thickness and push_out.
 Scene bare_surfaces(const Scene& scene, std::span<const std::size_t> bodies) {
   Scene surfaces;
   surfaces.motions = scene.motions;
@@ -118,13 +118,13 @@ void PokeWatch::look(const State<T>& state) {
     }
   }
   state_.clock = state.clock;
-  constexpr double seen = 10;  // a thousandth of the scene's extent: less is hardly seen
+  constexpr double seen = 10;  // least depths: a thousandth of the scene's extent, less is hardly seen
   const double limit = seen * least_depth(state);
   const Deepest now = deepest(*ways_);
   if (!(now.depth > limit) || (found_ && now.depth <= found_->depth)) return;
   const std::size_t contact = body_around(now.middle);
   const double thickness = std::visit([](const auto& of) { return of.thickness; }, file_.scene.contacts[contact]);
-  constexpr double room = 1.2;  // cloth that is kept further off lies otherwise
+  constexpr double room = 1.2;  // a margin: cloth that is kept farther off lies differently
   found_ = {.between = sides_[now.middle],
             .contact = contact,
             .time = state.clock.seconds,

@@ -1,4 +1,4 @@
-// Whether bodies come out of cloth between its particles, which alone are kept outside.
+// Whether bodies poke through cloth between its particles: only particles are kept outside.
 #pragma once
 
 #include <cstddef>
@@ -13,8 +13,8 @@
 
 namespace dvdx::tool {
 
-// One process looks, where the scene has cloth that does not tear, and bodies beside planes. It looks at the middles of the
-// sides of the cloth's triangles, whose ends are free.
+// One process looks, if the scene has cloth that does not tear and bodies other than planes. It looks at the middle of each
+// side of the cloth's triangles whose ends are free.
 class PokeWatch {
  public:
   PokeWatch(const SceneFile& file, int ranks);
@@ -22,7 +22,7 @@ class PokeWatch {
   template <class T>
   void look(const State<T>& state);
 
-  // The deepest of all looks since the run began or went on from a checkpoint.
+  // The deepest of all looks since the run began or resumed from a checkpoint.
   [[nodiscard]] const std::optional<PokeThrough>& found() const noexcept { return found_; }
 
  private:
@@ -33,7 +33,7 @@ class PokeWatch {
 
   void begin(std::size_t count);
   [[nodiscard]] Deepest deepest(WaysOut& ways) const;
-  // The body that the middle is deepest inside.
+  // Returns the body in which the middle is deepest.
   [[nodiscard]] std::size_t body_around(std::size_t middle);
 
   const SceneFile& file_;
@@ -42,7 +42,7 @@ class PokeWatch {
   std::optional<Soa<double>> middles_;
   State<double> state_{};  // of the middles
   std::optional<WaysOut> ways_;
-  std::vector<WaysOut> each_;  // of one body
+  std::vector<WaysOut> each_;  // of one body each
   std::optional<PokeThrough> found_;
 };
 

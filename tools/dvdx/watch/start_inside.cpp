@@ -10,7 +10,7 @@
 namespace dvdx::tool {
 namespace {
 
-// Whether any particle is in the box about the mesh, whose distances take long to sample.
+// Whether any particle is in the box around the mesh. If none is, sampling its distances, which takes long, is not needed.
 template <class T>
 bool is_any_near(const TriangleMesh& mesh, const State<T>& state, const Vec3& origin) {
   Vec3 low = mesh.vertices.front();
@@ -32,7 +32,7 @@ bool is_any_near(const TriangleMesh& mesh, const State<T>& state, const Vec3& or
   return false;
 }
 
-// The surfaces alone that particles may start in, and that put them out within a step.
+// Returns only the surfaces in which particles may start and that put them out within a step.
 template <class T>
 Scene surfaces_of(const Scene& scene, const State<T>& state) {
   Scene surfaces;

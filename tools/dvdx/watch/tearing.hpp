@@ -1,4 +1,4 @@
-// Springs of a run that tear: what `tears_at` of the scene's networks asks for, at each step's end.
+// Tears springs of a run at each step's end, as `tears_at` of the scene's networks says.
 #pragma once
 
 #include <cmath>
@@ -20,7 +20,7 @@ class Tearing {
   // The springs that have torn so far, in the order of the steps.
   [[nodiscard]] const std::vector<Tear>& tears() const noexcept { return tears_; }
 
-  // Whether anything has torn. `springs` finds and breaks: a plan of all particles, or what several ranks have of it.
+  // Returns true if a spring has torn. `springs` finds and breaks: a plan of all particles, or the parts of several ranks.
   template <class Found>
   bool look(Found& springs, std::uint64_t step) {
     const std::size_t before = tears_.size();
@@ -34,7 +34,7 @@ class Tearing {
     return tears_.size() != before;
   }
 
-  // With what has torn.
+  // Returns the networks with the torn springs marked as broken.
   [[nodiscard]] std::vector<Network> torn(std::vector<Network> networks) const {
     for (const Tear& tear : tears_) {
       std::visit([&](auto& of) { of.broken.push_back(tear.ends); }, networks[tear.network]);

@@ -21,7 +21,7 @@ void print_warning(const std::string& scene, const Warning& of) {
   print_message(fmt::format("{}: warning: {}: {}. {}", scene, of.code, of.text, of.cure));
 }
 
-// Those that a plan chooses are mostly right where fewer were asked for.
+// The sub-steps that a plan chooses usually suffice where the scene asked for fewer.
 std::string more_substeps(const LoadedScene& loaded, const Outcome& outcome) {
   constexpr int more = 4;
   constexpr int most = static_cast<int>(most_substeps) / more;
@@ -43,7 +43,7 @@ std::string held_cure(bool is_swept, bool is_asked, const std::string& more) {
   return is_asked ? "Try --substeps auto, and if that is not enough --scheme leapfrog with it" : "Try --scheme leapfrog";
 }
 
-// Springs that hold more than there is are softer than the scene says.
+// Springs that hold more energy than there is are softer than the scene says.
 std::optional<Warning> warning_of_held(const LoadedScene& loaded, const Outcome& outcome) {
   if (!outcome.held) return std::nullopt;
   const HeldTooMuch& held = *outcome.held;
@@ -59,7 +59,7 @@ std::optional<Warning> warning_of_held(const LoadedScene& loaded, const Outcome&
       .cure = held_cure(is_swept, loaded.file.scene.coupling.substeps.has_value(), more_substeps(loaded, outcome))};
 }
 
-// Sheets whose springs turn by so much in a sub-step that they need not come to rest.
+// Warns of sheets whose springs turn so much in a sub-step that a sheet may not come to rest.
 std::optional<Warning> warning_of_turning(const Outcome& outcome) {
   if (!outcome.network || outcome.network->scheme != Scheme::sequential) return std::nullopt;
   const double turning = outcome.network->estimate.turning;
@@ -121,12 +121,12 @@ std::optional<Warning> warning_of_loss(const LoadedScene& loaded, const Outcome&
 
 std::optional<Warning> warning_of_inside(const LoadedScene& loaded, const Outcome& outcome) {
   if (!outcome.inside) return std::nullopt;
-  constexpr double push_out = 0.5;  // m/s: slow against what springs throw, and out of a body of half a metre in a second
+  constexpr double push_out = 0.5;  // m/s: slow compared with what springs throw; leaves half a metre in a second
   const StartInside& inside = *outcome.inside;
   const Scene& scene = loaded.file.scene;
   std::string cure = fmt::format("Start outside: particle {} is out of it by ({:.3g}, {:.3g}, {:.3g}) m", inside.deepest,
                                  inside.way[0], inside.way[1], inside.way[2]);
-  if (scene.networks.empty() || scene.coupling.scheme != Scheme::fourth_order) {  // which refuses it
+  if (scene.networks.empty() || scene.coupling.scheme != Scheme::fourth_order) {  // fourth_order refuses push_out
     cure += fmt::format(". Or let it leave slowly: with \"push_out\": {} (m/s) at the top of the scene it is out in {:.3g} s",
                         push_out, inside.depth / push_out);
   }
@@ -167,7 +167,7 @@ std::optional<Warning> warning_of_pinch(const Outcome& outcome) {
       .cure = fmt::format("Keep the surfaces {:.3g} m further apart there, or make them thinner", pinch.overlap)};
 }
 
-// With two digits, and no less.
+// Rounds up to two digits.
 double rounded_up(double value) {
   const double unit = std::pow(10, std::floor(std::log10(value)) - 1);
   return std::ceil(value / unit) * unit;
@@ -187,7 +187,7 @@ std::optional<Warning> warning_of_poke(const Outcome& outcome) {
                           rounded_up(poke.thickness), poke.contact)};
 }
 
-// m, of a spring that has a rest length.
+// Returns m: the shortest rest length above 0.
 double shortest_spring(const SceneFile& file) {
   double shortest = std::numeric_limits<double>::infinity();
   const auto look = [&](std::size_t count, const auto& spring_at) {
@@ -201,9 +201,9 @@ double shortest_spring(const SceneFile& file) {
   return shortest;
 }
 
-constexpr double good_part = 0.95, thickest_part = 0.99;  // of a side, by which particles stay apart
+constexpr double good_part = 0.95, thickest_part = 0.99;  // parts of a side at which particles stay apart
 
-// Sweeps leave some more.
+// Asks for less strain, because sweeps leave some more.
 double strain_of(double limit) { return 0.6 * (limit - 1); }
 
 std::string crossing_cure_of_parts(double part, double stretch, double limit) {
@@ -231,9 +231,9 @@ std::string crossing_cure(const SceneFile& file, double stretch, double limit) {
                      strain_of(std::sqrt(2) * thickest / widest), thickest);
 }
 
-// How wide the cells between particles were, where others fit through those that are longer than the limit.
+// The width of the cells between particles. Others fit through cells beyond the limit.
 struct Widest {
-  double stretch = 0;  // of the widest cell's side at rest
+  double stretch = 0;  // of the widest cell's side, relative to rest
   std::string text;
 };
 Widest widest_of(const Outcome& outcome, const Meet& meet) {
@@ -263,7 +263,7 @@ std::string crossed_cure(const LoadedScene& loaded, const Outcome& outcome, doub
   return stretch > limit ? cure + ". " + crossing_cure(loaded.file, stretch, limit) : cure;
 }
 
-// Cells between particles may be so wide that others fit through, or nearly so; or it is seen that they have.
+// Warns if cells between particles are so wide that others fit or nearly fit through, or if cloth has crossed cloth.
 std::optional<Warning> warning_of_crossing(const LoadedScene& loaded, const Outcome& outcome) {
   if (!outcome.met || !outcome.joins || !(outcome.met->stretch_limit > 0)) return std::nullopt;
   const Meet& meet = *loaded.file.scene.meet;
@@ -290,7 +290,7 @@ std::optional<Warning> warning_of_crossing(const LoadedScene& loaded, const Outc
       .cure = crossing_cure(loaded.file, widest.stretch, limit)};
 }
 
-// Cloth that is compiled folded, or layers that were put too close, where the scene does not say that they shall pass.
+// Warns of cloth that is compiled folded and of layers that start too close, unless the scene says that they shall pass.
 std::optional<Warning> warning_of_layers(const LoadedScene& loaded, const Outcome& outcome) {
   if (!outcome.met || outcome.met->passing_layers == 0) return std::nullopt;
   const Meet& meet = *loaded.file.scene.meet;
@@ -309,7 +309,7 @@ std::optional<Warning> warning_of_layers(const LoadedScene& loaded, const Outcom
       .cure = fmt::format("Start layers {} apart{}", how_far, may_part ? ", or set \"apart_at_start\": false in meet" : "")};
 }
 
-// Cloth gains energy where friction pushes back harder than what presses: docs/meet.md.
+// Cloth gains energy if friction pushes back harder than the pressing force: docs/meet.md.
 std::optional<Warning> warning_of_grip(const LoadedScene& loaded) {
   constexpr double most = 1.2;
   const auto& meet = loaded.file.scene.meet;
@@ -331,8 +331,8 @@ bool is_elastic(const Scene& scene) {
                      [&](const Contact& contact) { return std::visit(keeps_all, contact); });
 }
 
-// A ball that bounces off a surface and another ball in a sub-step may gain energy, and one of several bounces may be left out,
-// which loses some. Constant forces give none: `energy` counts what they may still give.
+// A ball that bounces off a surface and another ball in one sub-step may gain energy. One of several bounces may be left out,
+// which loses some. Constant forces add none, because the energy includes their potential.
 std::optional<Warning> warning_of_bounces(const LoadedScene& loaded, const Outcome& outcome) {
   const Scene& scene = loaded.file.scene;
   const auto is_constant = [](const Force& force) { return std::holds_alternative<Constant>(force); };
@@ -356,7 +356,7 @@ std::optional<Warning> warning_of_bounces(const LoadedScene& loaded, const Outco
       .cure = "Try more \"substeps\", so that no ball goes farther than a tenth of its radius in one"};
 }
 
-// Balls that are pressed into one another: by a deep pile, or heavy ones by which light ones cannot stand.
+// Warns of balls that are pressed into one another: by a deep pile, or by heavy balls that light ones cannot bear.
 std::optional<Warning> warning_of_overlap(const LoadedScene& loaded, const Outcome& outcome) {
   constexpr double most = 0.1;
   if (!outcome.met || !loaded.file.scene.meet->radius || !(outcome.met->overlap_mean > most)) return std::nullopt;
@@ -423,7 +423,7 @@ std::vector<Warning> warnings_of(const LoadedScene& loaded, const Outcome& outco
                          warmth.step, static_cast<double>(warmth.step) * loaded.file.step, warmth.kinetic, warmth.given),
          .value = warmth.kinetic,
          .limit = warmth.given,
-         // Energy of a start inside a body is there by any sub-steps.
+         // More sub-steps do not remove the energy of a start inside a body.
          .cure = inside ? inside->cure
                         : fmt::format("Try {}{}; see docs/stability.md",
                                       loaded.file.scene.coupling.theta ? "without theta and with " : "",
@@ -434,7 +434,7 @@ std::vector<Warning> warnings_of(const LoadedScene& loaded, const Outcome& outco
 
 void print_warnings(const std::string& scene, const std::vector<Warning>& warnings) {
   for (const Warning& of : warnings) {
-    if (of.code == "diverged" || of.code == "dear") continue;  // said when the command ends, and when it began
+    if (of.code == "diverged" || of.code == "dear") continue;  // printed when the command ends, and while it ran
     print_warning(scene, of);
   }
 }

@@ -10,17 +10,17 @@
 
 namespace dvdx::tool {
 
-// At the end.
+// Returns the number of particles at the end.
 [[nodiscard]] std::size_t particles_of(const LoadedScene& loaded, const Outcome& outcome);
-// For a run that diverged.
+// Says why a run diverged.
 [[nodiscard]] std::string why_diverged(const Outcome& outcome, std::size_t particles);
-// The ends of a spring, in words.
+// Returns the ends of a spring as text.
 [[nodiscard]] std::string ends_text(const Pair& ends);
 
-// The scene's own and the run's.
+// The scene's own warnings and the run's.
 [[nodiscard]] std::vector<Warning> warnings_of(const LoadedScene& loaded, const Outcome& outcome);
 void print_warnings(const std::string& scene, const std::vector<Warning>& warnings);
-// While it runs, at once, and to be among its warnings. seconds: that the steps that are left take.
+// Prints a warning at once, during the run, and adds it to the outcome. seconds: the time of the steps that are left.
 void tell_dear(double seconds, const SceneFile& file, Outcome& outcome);
 
 }  // namespace dvdx::tool

@@ -9,7 +9,7 @@
 namespace dvdx::tool {
 namespace {
 
-constexpr double instant = 1e-9;  // s: in which nothing comes anywhere but by being put out
+constexpr double instant = 1e-9;  // s: a step in which particles move only by being put out
 
 Plan<double> made(const Scene& surfaces, const State<double>& some) {
   auto plan = compile<double>(surfaces, {.step = instant}, some);

@@ -1,4 +1,4 @@
-// Where surfaces alone put particles that are inside them.
+// The displacements by which surfaces alone put out particles inside them.
 #pragma once
 
 #include <cstddef>
@@ -16,12 +16,12 @@ class WaysOut {
  public:
   static constexpr std::size_t at_once = 4096;  // particles
 
-  // surfaces: contacts, their motions and the origin, and nothing else; none of them pushes out. count: of the states'
+  // surfaces: contacts, their motions and the origin, and nothing else; no contact has push_out. count: of the states'
   // particles, at least 1.
   WaysOut(const Scene& surfaces, std::size_t count);
 
-  // m: the way of each particle from `first` on, at most at_once of them, to where the surfaces put it at the state's time.
-  // Until the next call.
+  // Returns the displacement in m of each particle from `first` on, at most at_once of them, to where the surfaces put it at
+  // the state's time. Valid until the next call.
   template <class T>
   [[nodiscard]] std::span<const Vec3> of(const State<T>& state, std::size_t first);
 
@@ -35,10 +35,10 @@ class WaysOut {
 extern template std::span<const Vec3> WaysOut::of(const State<float>&, std::size_t);
 extern template std::span<const Vec3> WaysOut::of(const State<double>&, std::size_t);
 
-// The particles that surfaces move: neither fixed nor kinematic.
+// Returns true for each particle that surfaces can move: neither fixed nor kinematic.
 [[nodiscard]] std::vector<bool> free_ones(const Scene& scene, std::size_t count);
 
-// m: so deep inside is more than rounding, a ten-thousandth of the state's extent.
+// Returns m: the depth inside beyond which it is more than rounding, a ten-thousandth of the state's extent, at least 1e-6 m.
 template <class T>
 [[nodiscard]] double least_depth(const State<T>& state);
 

@@ -1,4 +1,4 @@
-// Particles that have a size: a square towards the eye for each, which shows the ball that is there, as deep as it is.
+// Particles with a size. Each is a square that faces the eye and shows the ball at its place, with the ball's depth.
 import * as THREE from 'three';
 import type { Frame } from './frames';
 
@@ -37,7 +37,7 @@ const fragmentShader = /* glsl */ `
     gl_FragColor = vec4(colour * (0.42 + 0.58 * key + 0.16 * fill), 1.0);
   }`;
 
-// One for all, or one for each.
+// Returns a particle's radius: one for all, or one for each.
 export const radiusOf = (radii: number | readonly number[], particle: number): number => (typeof radii === 'number' ? radii : (radii[particle] ?? 0));
 
 export const largestOf = (radii: number | readonly number[]): number =>
@@ -50,7 +50,7 @@ export class Balls {
   constructor(
     radii: number | readonly number[], // m
     count: number,
-    blend: THREE.IUniform<number>, // shared with what else is drawn
+    blend: THREE.IUniform<number>, // shared with everything else that is drawn
   ) {
     this.geometry.setAttribute('corner', new THREE.BufferAttribute(new Float32Array([-1, -1, 1, -1, 1, 1, -1, 1]), 2));
     this.geometry.setIndex([0, 1, 2, 0, 2, 3]);
@@ -61,7 +61,7 @@ export class Balls {
     this.object = new THREE.Mesh(this.geometry, new THREE.ShaderMaterial({ uniforms: { blend }, vertexShader, fragmentShader }));
   }
 
-  // `tints`: four bytes of each particle.
+  // tints: four bytes for each particle.
   move({ count, positions, onward }: Frame, tints: Uint8Array): void {
     this.geometry.instanceCount = count;
     this.set('from', positions);

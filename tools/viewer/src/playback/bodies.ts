@@ -3,7 +3,7 @@ import * as THREE from 'three';
 import { ConvexGeometry } from 'three/addons/geometries/ConvexGeometry.js';
 import type { Vector } from './scene';
 
-// Two spheres and all between them, from (0, 0, 0) to (0, length, 0). The line that touches both leans by asin((r0 - r1) / length).
+// Two spheres and all between them, from (0, 0, 0) to (0, length, 0). A line touching both leans by asin((r0 - r1) / length).
 export function capsuleProfile(r0: number, r1: number, length: number): THREE.Vector2[] {
   const steps = 16;
   const arc = (radius: number, at: number, from: number, to: number): THREE.Vector2[] =>
@@ -30,7 +30,7 @@ export interface HalfSpace {
   offset: number; // m, of the unit normal
 }
 
-// Where three planes meet and no other cuts it off.
+// Returns the points where three planes meet, unless another plane cuts them off.
 export function corners(planes: readonly HalfSpace[]): THREE.Vector3[] {
   const all = planes.map(({ normal, offset }) => new THREE.Plane(new THREE.Vector3(...normal).normalize(), -offset));
   const found: THREE.Vector3[] = [];

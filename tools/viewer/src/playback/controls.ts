@@ -155,7 +155,7 @@ export class Controls {
     return { title: 'Speed', low: '0 m/s', high: `${view.highestSpeed < bounds.speed ? '≥ ' : ''}${shortNumber(view.highestSpeed)} m/s` };
   }
 
-  // Whether the key means something here.
+  // Acts on a key. Returns whether the key has an action.
   private pressed(key: string): boolean {
     const { player, view } = this;
     const actions: Record<string, () => void> = {

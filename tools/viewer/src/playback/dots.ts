@@ -1,4 +1,4 @@
-// Points of few pixels, put into the page's picture one by one: where the processor draws, WebGL takes a hundred times as long for
+// Points of few pixels, put into the page's picture one by one. If the processor draws, WebGL takes a hundred times as long for
 // a point.
 import * as THREE from 'three';
 import type { Colour } from '../shared/palette';
@@ -14,7 +14,7 @@ export interface Shown {
 
 export const farthest = 2; // behind everything: depths are from -1 to 1
 
-// Rows of pixels from the top down, and how deep in it what they show lies.
+// Rows of pixels from the top down, and the depth of each pixel.
 export class Picture {
   readonly pixels: Uint32Array<ArrayBuffer>; // red in the lowest byte, then green, blue, 255
   readonly depths: Float32Array<ArrayBuffer>;
@@ -27,13 +27,13 @@ export class Picture {
     this.depths = new Float32Array(width * height).fill(farthest);
   }
 
-  // Begins anew with what is there besides the points.
+  // Restarts from the ground, which has everything except the points.
   begin(ground: Picture): void {
     this.pixels.set(ground.pixels);
     this.depths.set(ground.depths);
   }
 
-  // A square that hides what is deeper.
+  // Draws a square that hides anything deeper.
   put(left: number, top: number, size: number, depth: number, colour: number): void {
     const { width, height, pixels, depths } = this;
     if (!(left >= 0 && top >= 0 && left + size <= width && top + size <= height)) return;
@@ -52,8 +52,8 @@ export const packed = ([red, green, blue]: Colour): number => (0xff000000 | (blu
 type N = number;
 type Sixteen = [N, N, N, N, N, N, N, N, N, N, N, N, N, N, N, N];
 
-// All particles as squares of `size` pixels. `seen` takes places to the cube of what is seen, its columns one after another;
-// `colours` are those of the values that the colouring stands for.
+// Draws all particles as squares of `size` pixels. seen: the matrix from positions to clip space, column after column. colours:
+// by the value, 0 to 255, of the colouring.
 export function drawDots(picture: Picture, size: number, seen: readonly number[], { now, blend, colouring }: Shown, colours: Uint32Array): void {
   const [ax, ay, az, aw, bx, by, bz, bw, cx, cy, cz, cw, dx, dy, dz, dw] = seen as Sixteen;
   const values = valuesOf(now, colouring);
@@ -72,7 +72,7 @@ export function drawDots(picture: Picture, size: number, seen: readonly number[]
   }
 }
 
-// Depths as three bytes.
+// Draws depths as three bytes.
 const depthLook = new THREE.ShaderMaterial({
   glslVersion: THREE.GLSL3,
   vertexShader: /* glsl */ `
@@ -85,7 +85,7 @@ const depthLook = new THREE.ShaderMaterial({
     }`,
 });
 
-// fine: a pixel each; coarse: a quarter of them, for what moves with every picture: drawing and reading back take a quarter too.
+// fine: every pixel; coarse: a quarter of them, for things that move in every picture: drawing and reading back cost a quarter.
 export type Grain = 'fine' | 'coarse';
 
 const isTransparent = (object: THREE.Object3D): boolean => 'material' in object && (object.material as THREE.Material).transparent;
@@ -110,7 +110,7 @@ class Ground {
 
   draw(renderer: THREE.WebGLRenderer, world: THREE.Scene, camera: THREE.Camera, grain: Grain): void {
     const { pixels, depths } = this.picture;
-    const clear: THREE.Object3D[] = []; // one sees through them
+    const clear: THREE.Object3D[] = []; // transparent objects
     let hidesAny = false;
     world.traverseVisible((object) => {
       if (isTransparent(object)) clear.push(object);
@@ -154,13 +154,13 @@ class Ground {
   }
 }
 
-// The points of a scene in which nothing else moves, and all around them, in a picture that the page shows as it is.
+// The points of a scene in which nothing else moves, and their surroundings, in a picture that the page shows as it is.
 export class DottedPicture {
   private readonly context: CanvasRenderingContext2D;
   private image = new ImageData(1, 1);
   private picture = new Picture(1, 1);
   private ground = new Ground(1, 1);
-  private groundSeen = ''; // from where
+  private groundSeen = ''; // the view from which it was drawn
 
   constructor(
     private readonly canvas: HTMLCanvasElement,
@@ -180,7 +180,7 @@ export class DottedPicture {
     this.groundSeen = '';
   }
 
-  // To be called when the world has changed, not only the camera.
+  // Call it when the world has changed, not only the camera.
   forgetGround(): void {
     this.groundSeen = '';
   }

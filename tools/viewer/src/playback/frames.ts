@@ -1,4 +1,4 @@
-// Frames as tools/dvdx/output/frame_coder.hpp writes them, back to positions.
+// Decodes the frames that tools/dvdx/output/frame_coder.hpp writes.
 
 import type { Span } from './framing';
 
@@ -15,15 +15,15 @@ export interface FrameFacts {
   planes: number;
   speed: number; // the highest, m/s
   error: number; // the largest, m; 0 without a reference
-  box: Span | undefined; // of nearly all, where any are shown
+  box: Span | undefined; // of nearly all, if any are shown
 }
 
 export interface Frame extends FrameFacts {
   positions: Float32Array<ArrayBuffer>; // x, y, z of each particle, m
   speeds: Uint8Array<ArrayBuffer>; // in 255ths of the highest
   errors: Uint8Array<ArrayBuffer> | undefined; // 0 is none, b is the largest times 2^((b - 255) / 8)
-  stretches?: Uint8Array<ArrayBuffer>; // in 255ths of the palette's end, where they have been asked for
-  onward: Float32Array<ArrayBuffer>; // where its particles are in the next frame; those that are gone by then, as far on as they came
+  stretches?: Uint8Array<ArrayBuffer>; // in 255ths of the palette's end, if they have been asked for
+  onward: Float32Array<ArrayBuffer>; // positions in the next frame; of particles that are gone by then, as far on as they came
 }
 
 export function frameFacts(data: DOMStringMap): FrameFacts {
@@ -45,7 +45,7 @@ export function frameFacts(data: DOMStringMap): FrameFacts {
   };
 }
 
-// The whole numbers of the planes: zigzag coded, and perhaps differences along the particles.
+// Returns the whole numbers of the planes, which are zigzag coded and may be differences along the particles.
 function residuals(bytes: Uint8Array, facts: FrameFacts): Int32Array {
   const size = 3 * facts.count;
   const numbers = new Int32Array(size);
@@ -77,7 +77,7 @@ function withoutMarked(positions: Float32Array, marks: Uint8Array): Float32Array
   return left.subarray(0, kept);
 }
 
-// Where the particles of a frame go until the next, which has lost those that are marked.
+// Returns where the particles of a frame go until the next frame, which lacks those that are marked.
 function landed(from: Float32Array, before: Float32Array, next: Float32Array, marks: Uint8Array): Float32Array<ArrayBuffer> {
   const to = new Float32Array(from.length);
   for (let at = 0, kept = 0; at < from.length; at += 3) {
@@ -91,7 +91,7 @@ function landed(from: Float32Array, before: Float32Array, next: Float32Array, ma
   return to;
 }
 
-// Frames one after another, each from those before it.
+// Decodes frames one after another, each from those before it.
 export class FrameDecoder {
   private last: Frame | undefined;
   private before: Float32Array = new Float32Array(); // where the last frame's particles were in the one before it

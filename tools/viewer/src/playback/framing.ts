@@ -1,4 +1,4 @@
-// Which part of the world the camera shows: nearly all that moves and what it meets, followed where it goes far.
+// The part of the world that the camera shows: nearly all that moves and the bodies near it, followed if it goes far.
 import * as THREE from 'three';
 
 export type Span = readonly [number, number, number, number, number, number]; // a box: its low corner, then its high one, m
@@ -11,7 +11,7 @@ const diagonal = (box: THREE.Box3): number => (box.isEmpty() ? 0 : box.min.dista
 
 const united = (boxes: readonly THREE.Box3[]): THREE.Box3 => boxes.reduce((all, box) => all.union(box), new THREE.Box3());
 
-// Around all but a fiftieth of the boxes, where it is half as long without them: a scene that bursts is still seen before.
+// Returns the box of all, or of all but a fiftieth if it is half as long without them: a scene that bursts is visible before.
 export function aroundNearlyAll(boxes: readonly THREE.Box3[]): THREE.Box3 {
   const there = boxes.filter((box) => !box.isEmpty());
   const all = united(there);
@@ -23,7 +23,7 @@ export function aroundNearlyAll(boxes: readonly THREE.Box3[]): THREE.Box3 {
   return 2 * diagonal(most) <= diagonal(all) ? most : all;
 }
 
-// A body belongs to the picture where particles are near it, unless it is so large that it would make them small.
+// Adds the bodies that are near the particles to their box, except bodies so large that the particles would look small.
 export function withBodies(particles: THREE.Box3, bodies: readonly THREE.Box3[], size: number): THREE.Box3 {
   const reach = particles.clone().expandByScalar(0.5 * size);
   return united([particles, ...bodies.filter((body) => diagonal(body) <= 2 * size && reach.intersectsBox(body))]);
@@ -34,14 +34,14 @@ export interface Framing {
   centers: THREE.Vector3[]; // of each frame
 }
 
-// The largest, but for a fiftieth of them that are beyond twice the next.
+// Returns the largest value, or twice the value that a fiftieth of them exceed if that is less.
 function largestButFew(values: readonly number[]): number {
   const sorted = [...values].sort((a, b) => a - b);
   const most = sorted[Math.floor(0.98 * (sorted.length - 1))] ?? 0;
   return Math.min(sorted.at(-1) ?? 0, 2 * most);
 }
 
-// The camera follows along an axis where it never sees one place all the time: by so many times the size of what is seen at once.
+// The camera follows along an axis if no place is always in view: if the gap is this many times the size that is shown at once.
 const isFar = 0.15;
 const isDeep = 3; // a fall is shown whole unless it is deeper
 
@@ -66,8 +66,8 @@ export function framingOf(boxes: readonly THREE.Box3[], times: readonly number[]
   return { extent, centers };
 }
 
-// The mean over half a second around each time, less at the ends, so that it does not lag: what flutters does not shake the camera.
-// Where nothing is, as before.
+// Returns the mean over half a second around each time, less at the ends so that it does not lag: flutter does not shake the
+// camera. A frame without particles keeps the position before it.
 export function smoothed(path: readonly number[], times: readonly number[]): number[] {
   let last = path.find((at) => !Number.isNaN(at)) ?? 0;
   const whole = path.map((at) => (last = Number.isNaN(at) ? last : at));
@@ -83,9 +83,9 @@ export function smoothed(path: readonly number[], times: readonly number[]): num
   });
 }
 
-// Where the camera sees a box whole, and the largest: `direction` leads from the box to it, `right` and `above` are the picture's, and
-// `across` and `upwards` the tangents of half the angles that are seen. All m: how far it is from what it looks at, and where that
-// is, seen from the box's center.
+// Returns the place from which the camera sees a box whole and as large as possible. direction: from the box to the camera;
+// right, above: the axes of the picture; across, upwards: the tangents of half the angles of view. All in m: the distance to
+// the point that the camera looks at, and that point relative to the box's center.
 export function placeFor(
   extent: THREE.Vector3, direction: THREE.Vector3, right: THREE.Vector3, above: THREE.Vector3, across: number, upwards: number,
 ): { distance: number; right: number; above: number } {

@@ -1,7 +1,7 @@
-// The surface of bodies that springs join to cells with eight corners.
+// The surface of bodies whose springs make cells with eight corners.
 import type { Frame } from './frames';
 
-const most = 200000; // lines that are looked at
+const most = 200000; // lines that are searched
 
 type Neighbours = ReadonlyMap<number, ReadonlySet<number>>;
 
@@ -20,7 +20,7 @@ function common(joined: Neighbours, a: number, b: number): number[] {
   return of ? [...(joined.get(a) ?? [])].filter((each) => of.has(each)) : [];
 }
 
-// The lines that are no diagonal: none of a's and b's common neighbours sees both at a right angle or more.
+// Returns the lines that are no diagonals: no common neighbour of a and b sees both at a right angle or more.
 function sides(lines: Uint32Array, { positions }: Frame): Map<number, Set<number>> {
   const pairs = Array.from({ length: lines.length / 2 }, (_, i) => [lines[2 * i]!, lines[2 * i + 1]!] as const);
   const all = neighbours(pairs);
@@ -37,7 +37,7 @@ function sides(lines: Uint32Array, { positions }: Frame): Map<number, Set<number
   );
 }
 
-// The fourth corner of a face at `at` between two of its neighbours.
+// Returns the fourth corner of a face with `at` and two of its neighbours.
 const opposite = (joined: Neighbours, at: number, a: number, b: number): number | undefined => common(joined, a, b).find((each) => each !== at);
 
 export interface Surface {
@@ -45,7 +45,7 @@ export interface Surface {
   inside: ReadonlySet<number>; // the particles that the cells hold
 }
 
-// Sides of cells that no second cell shares. Nothing where there are no cells.
+// Returns the sides of cells that no second cell shares; nothing if there are no cells.
 export function latticeSurface(lines: Uint32Array, first: Frame): Surface {
   const inside = new Set<number>();
   if (lines.length > 2 * most) return { faces: [], inside };

@@ -18,7 +18,7 @@ interface Shown {
   time: number; // s
   count: number;
   drawn: number; // pictures so far
-  seen: number[]; // takes places to the cube of what is seen
+  seen: number[]; // the matrix from positions to clip space
   isPlaying: boolean;
   positions: Float32Array; // of the frame, m
 }
@@ -41,19 +41,19 @@ function countText(frame: FrameFacts): string {
   return (frame.count === frame.all ? text : `${text}, ${number(frame.count)} of them shown`) + bad;
 }
 
-// Nine frames in ten go no faster: a jolt must not leave the others without colour.
+// Returns a speed that nine frames in ten do not exceed: a jolt must not leave the other frames without colour.
 function usualSpeed(facts: readonly FrameFacts[]): number {
   const speeds = facts.map(({ speed }) => speed).sort((a, b) => a - b);
   return speeds[Math.floor(0.9 * (speeds.length - 1))]!;
 }
 
-const toldEvery = 60; // ms, while it plays: a text that changes with every picture cannot be read, and costs as much as one
+const toldEvery = 60; // ms, while it plays: text that changes with every picture cannot be read, and costs as much as one
 
 function say(text: string): void {
   element('message', HTMLParagraphElement).textContent = text;
 }
 
-// Frames one after another, each from the ones before; the page lives on meanwhile.
+// Loads frames one after another, each from the ones before. The page stays alive meanwhile.
 class Frames {
   readonly all: Frame[] = [];
   readonly facts: FrameFacts[];

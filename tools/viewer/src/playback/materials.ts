@@ -1,5 +1,5 @@
-// One vertex shader for points, lines and faces: between two frames. Colours come with the particles, worked out before: where
-// the processor draws, a palette looked up by every corner is the dearer part of a picture.
+// One vertex shader for points, lines and faces, between two frames. Colours come with the particles, computed before: if the
+// processor draws, looking up a palette for every corner is the dearer part of a picture.
 import * as THREE from 'three';
 
 const vertexShader = /* glsl */ `
@@ -28,7 +28,7 @@ const ballShader = /* glsl */ `
     gl_FragColor = vec4(colour * (0.55 + 0.45 * sqrt(1.0 - squared) - 0.12 * (from.y + from.x)), 1.0);
   }`;
 
-// A ring: what is held is not hidden.
+// A ring, which does not hide the particle that is held.
 const pinShader = /* glsl */ `
   uniform vec3 ink;
   void main() {

@@ -1,4 +1,4 @@
-// The clock of the playback: where in the frames it is, and how it goes on.
+// The clock of the playback: its place in the frames, and how it advances.
 
 export interface Place {
   index: number; // of the frame
@@ -8,9 +8,9 @@ export interface Place {
 export class Player {
   isPlaying = false;
   speed = 1; // simulated seconds a second
-  private at: number; // of the times' span, s from its start
+  private at: number; // s from the start of the times
 
-  // `times` grow in steps of one sign: a run backwards has falling ones.
+  // times: rising, or falling for a run backwards.
   constructor(
     private readonly times: readonly number[],
     private loaded = 0, // frames there are so far
@@ -34,7 +34,7 @@ export class Player {
     return this.at;
   }
 
-  // Plays on from the start after the end; waits for frames that are not loaded yet.
+  // Advances the clock. It goes on from the start after the end, and waits for frames that are not loaded yet.
   advance(seconds: number): void {
     if (!this.isPlaying || this.span === 0) return;
     this.at += seconds * this.speed;
@@ -47,7 +47,7 @@ export class Player {
     this.at = Math.min(Math.max(0, seconds), this.since(Math.max(0, this.loaded - 1)));
   }
 
-  // To the start of a frame so many on.
+  // Goes to the start of the frame that is `count` frames on.
   stepFrames(count: number): void {
     this.isPlaying = false;
     const { index, blend } = this.place();

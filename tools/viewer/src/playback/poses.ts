@@ -1,8 +1,8 @@
-// Where the motions of a scene carry what follows them.
+// The poses to which the motions of a scene carry their followers.
 import * as THREE from 'three';
 import type { Motion, MotionKey, Vector } from './scene';
 
-// The turn by a rotation vector: axis times angle, rad.
+// Returns the rotation of a rotation vector: axis times angle, rad.
 export function turnBy([x, y, z]: Vector): THREE.Quaternion {
   const angle = Math.hypot(x, y, z);
   if (angle === 0) return new THREE.Quaternion();
@@ -16,8 +16,8 @@ interface Pose {
 
 const poseAt = ({ translation, rotation }: MotionKey): Pose => ({ translation: new THREE.Vector3(...translation), turn: turnBy(rotation) });
 
-// Between keys the translation is linear, and the turn goes about a fixed axis at a constant rate, the short way round. Before a jump
-// the pose is held.
+// Between keys the translation is linear, and the turn goes about a fixed axis at a constant rate, the short way round. Before
+// a jump the pose is held.
 function poseOf(keys: readonly MotionKey[], time: number): Pose {
   const next = keys.findIndex((key) => key.time > time);
   if (next === 0) return poseAt(keys[0]!);
@@ -31,7 +31,7 @@ function poseOf(keys: readonly MotionKey[], time: number): Pose {
   return { translation: from.translation.lerp(to.translation, part), turn: from.turn.slerp(to.turn, part) };
 }
 
-// Takes a point p to center + R (p - center) + translation.
+// Returns the matrix that takes a point p to center + R (p - center) + translation.
 export function placement({ center, keys }: Motion, time: number): THREE.Matrix4 {
   const { translation, turn } = poseOf(keys, time);
   const middle = new THREE.Vector3(...center);

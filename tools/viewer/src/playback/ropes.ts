@@ -1,4 +1,4 @@
-// Lines that are as wide as ropes: WebGL's own are one pixel.
+// Lines as wide as ropes: WebGL's own lines are one pixel wide.
 import * as THREE from 'three';
 import type { Frame } from './frames';
 import type { Pieces } from './scene';
@@ -45,7 +45,7 @@ export class Ropes {
     private readonly pieces: Pieces, // of two ends each
     width: number, // pixels
     lift: number,
-    blend: THREE.IUniform<number>, // shared with what else is drawn
+    blend: THREE.IUniform<number>, // shared with everything else that is drawn
   ) {
     const count = pieces.corners.length / 2;
     const corners = new Float32Array([0, -1, 0, 1, 1, 1, 1, -1]);
@@ -63,7 +63,7 @@ export class Ropes {
     this.window.value.set(width, height);
   }
 
-  // `tints`: four bytes of each particle.
+  // tints: four bytes for each particle.
   move({ positions, onward }: Frame, tints: Uint8Array, index: number): void {
     const { corners, whole } = this.pieces;
     const count = whole ? whole(index) : corners.length / 2;

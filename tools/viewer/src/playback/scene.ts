@@ -1,4 +1,4 @@
-// All that the page was given besides its frames.
+// All data that the page was given besides its frames.
 import { takenText } from '../shared/page';
 import { unpacked } from '../shared/bytes';
 import type { HalfSpace } from './bodies';
@@ -9,7 +9,7 @@ import { type Sheet, restLengths } from './stretch';
 export type Vector = [number, number, number];
 
 interface AnyContact {
-  motion?: number; // of the scene's, which carries it from where it is written
+  motion?: number; // index of the scene's motion that carries it from where it is written
 }
 
 export interface PlaneContact extends AnyContact {
@@ -56,7 +56,7 @@ export interface MotionKey {
   time: number; // s
   translation: Vector; // m
   rotation: Vector; // rad: axis times angle
-  jump?: boolean; // without a way from the key before
+  jump?: boolean; // the pose jumps from that of the key before
 }
 
 export interface Motion {
@@ -85,7 +85,7 @@ export interface Scene {
   anchors?: Anchors[];
 }
 
-// Over all frames.
+// Bounds over all frames.
 export interface Bounds {
   low: Vector;
   high: Vector;
@@ -95,19 +95,19 @@ export interface Bounds {
 
 // Particles that lines or triangles join.
 export interface Pieces {
-  corners: Uint32Array<ArrayBuffer>; // two or three of each
-  whole?: Whole; // where some tear
+  corners: Uint32Array<ArrayBuffer>; // two or three for each piece
+  whole?: Whole; // if some tear
 }
 
 export interface Joints {
   lines: Pieces; // ropes, nets and all else that lies in no face
-  sides: Pieces; // of the triangles' faces, and what else joins their corners
+  sides: Pieces; // of the triangles' faces, and other lines that join their corners
   triangles: Pieces; // of cloth, and of the surface of cells
   covered: ReadonlySet<number>; // particles that they show
   restOf: (a: number, b: number) => number; // m: the length at rest of a line, by its ends
 }
 
-// How many of them are whole in a frame: they stand in the order in which they tear, what never does first.
+// Returns how many pieces are whole in a frame. Pieces are sorted by their tears, latest first; those that never tear lead.
 export type Whole = (frame: number) => number;
 
 function parsed<T>(name: string): T {
@@ -124,7 +124,7 @@ async function numbers(name: string): Promise<Uint32Array<ArrayBuffer>> {
   return text === undefined ? new Uint32Array() : new Uint32Array((await unpacked(text)).buffer);
 }
 
-// Faces stand as the number of their corners and the corners; each becomes a fan.
+// Cuts each face into a fan of triangles. A face is given as the number of its corners, then the corners.
 export function triangles(faces: Uint32Array): Uint32Array<ArrayBuffer> {
   const fan: number[] = [];
   for (let at = 0; at < faces.length; at += 1 + faces[at]!) {
@@ -135,7 +135,7 @@ export function triangles(faces: Uint32Array): Uint32Array<ArrayBuffer> {
   return new Uint32Array(fan);
 }
 
-// Each edge of the faces once.
+// Returns each edge of the faces once.
 export function edges(faces: Uint32Array): Uint32Array<ArrayBuffer> {
   const seen = new Set<number>();
   const ends: number[] = [];
@@ -155,15 +155,15 @@ export function edges(faces: Uint32Array): Uint32Array<ArrayBuffer> {
 
 export const keyOf = (a: number, b: number): number => Math.min(a, b) * 2 ** 26 + Math.max(a, b);
 
-// Frames from which on springs are torn, by their ends: `torn` holds a frame and two ends of each.
+// Returns the frame from which on a spring is torn, by its ends. torn: a frame and two ends for each spring.
 export function tornFrom(torn: Uint32Array): (a: number, b: number) => number {
   const frames = new Map<number, number>();
   for (let at = 0; at < torn.length; at += 3) frames.set(keyOf(torn[at + 1]!, torn[at + 2]!), torn[at]!);
   return (a, b) => frames.get(keyOf(a, b)) ?? Infinity;
 }
 
-// `pieces` of `corners` particles each, sorted so that those are first which are whole longest: a piece is torn with the first
-// of its sides.
+// Sorts `pieces` of `corners` particles each so that those that are whole longest come first. A piece tears with the first of
+// its sides.
 export function sortedByTear(pieces: Uint32Array, corners: number, from: (a: number, b: number) => number): [Uint32Array<ArrayBuffer>, Whole] {
   const count = pieces.length / corners;
   const until = Float64Array.from({ length: count }, (_, piece) => {
@@ -190,7 +190,7 @@ export function sortedByTear(pieces: Uint32Array, corners: number, from: (a: num
   return [sorted, whole];
 }
 
-// As `from`, and inside a face when the first of its sides tears: its triangles go together.
+// Returns the frames of `from`; a line inside a face tears with the first of its sides, so that its triangles go together.
 function trianglesUntil(faces: Uint32Array, from: (a: number, b: number) => number): (a: number, b: number) => number {
   const sides = new Map<number, number>();
   for (let at = 0; at < faces.length; at += 1 + faces[at]!) {
@@ -202,7 +202,7 @@ function trianglesUntil(faces: Uint32Array, from: (a: number, b: number) => numb
   return (a, b) => sides.get(keyOf(a, b)) ?? from(a, b);
 }
 
-// The faces that are of cloth, and those of nets, of which the sides alone are there.
+// Separates the faces of cloth from those of nets, which have only their sides.
 function parted(faces: Uint32Array, nets: readonly [number, number][]): { cloth: Uint32Array; net: Uint32Array } {
   if (nets.length === 0) return { cloth: faces, net: new Uint32Array() };
   const cloth: number[] = [];
@@ -231,15 +231,15 @@ const joined = (...parts: (Uint32Array | readonly number[])[]): Uint32Array<Arra
   return all;
 };
 
-// As the page holds them.
+// Joints as the page holds them.
 export interface Given {
   lines: Uint32Array; // two ends each
   rests: Float32Array; // m: their lengths at rest, or 0
   faces: Uint32Array; // of grids and meshes: of each the number of its corners, then the corners
-  torn: Uint32Array; // of what tears a frame and two ends each
+  torn: Uint32Array; // of each spring that tears: a frame and two ends
 }
 
-// Lines that lie in a face or in a body of cells go with its sides.
+// Shows lines that lie in a face or in a body of cells with its sides.
 export function jointsOf({ nets = [], sheets = [] }: Pick<Scene, 'nets' | 'sheets'>, { lines: given, rests, faces, torn }: Given, first: Frame): Joints {
   const { cloth, net } = parted(faces, nets);
   const cells = latticeSurface(given, first);

@@ -1,8 +1,8 @@
-// How long springs and rods are against what they are at rest.
+// The lengths of springs and rods relative to their rest lengths.
 import type { Frame } from './frames';
 import { type Pieces, keyOf } from './scene';
 
-// A grid: what the sides of its cells have at rest, m, along its rows and down its columns.
+// A grid, with the rest lengths of its cells' sides, m, along its rows and down its columns.
 export interface Sheet {
   first: number;
   columns: number;
@@ -14,7 +14,7 @@ export function distance(positions: Float32Array, a: number, b: number): number 
   return Math.hypot(positions[3 * a]! - positions[3 * b]!, positions[3 * a + 1]! - positions[3 * b + 1]!, positions[3 * a + 2]! - positions[3 * b + 2]!);
 }
 
-// By its ends the length of a line at rest, m: its own (0: none is known), that of a sheet's side, or what it has at the start.
+// Returns a line's rest length, m, by its ends: its own (0: unknown), that of a sheet's side, or its length at the start.
 export function restLengths(lines: Uint32Array, own: Float32Array, sheets: readonly Sheet[], first: Frame): (a: number, b: number) => number {
   const known = new Map<number, number>();
   own.forEach((length, i) => length > 0 && known.set(keyOf(lines[2 * i]!, lines[2 * i + 1]!), length));
@@ -28,7 +28,7 @@ export function restLengths(lines: Uint32Array, own: Float32Array, sheets: reado
 }
 
 export class Stretch {
-  highest = 0; // at the palette's end: a part of the length at rest
+  highest = 0; // at the palette's end: a part of the rest length
   private readonly rests: Float32Array[];
 
   constructor(
@@ -42,7 +42,7 @@ export class Stretch {
     return this.rests.some((rests) => rests.length > 0);
   }
 
-  // The part by which the longest of each particle's lines is longer than at rest.
+  // Returns for each particle the greatest stretch of its lines, as a part of the rest length.
   of({ count, positions }: Frame, index: number): Float32Array {
     const parts = new Float32Array(count);
     this.pieces.forEach(({ corners, whole }, n) => {
@@ -58,12 +58,12 @@ export class Stretch {
     return parts;
   }
 
-  // In 255ths of the highest.
+  // Returns the stretches in 255ths of the highest.
   bytes(frame: Frame, index: number): Uint8Array<ArrayBuffer> {
     return Uint8Array.from(this.of(frame, index), (part) => (this.highest > 0 ? Math.min(255, Math.round((255 * part) / this.highest)) : 0));
   }
 
-  // From some of the frames: what one particle in a hundred goes beyond in one frame in ten is the palette's end.
+  // Sets the palette's end from some of the frames: the stretch that one particle in a hundred exceeds in one frame in ten.
   scale(frames: readonly Frame[]): void {
     const every = Math.ceil(frames.length / 24);
     const highest = frames.flatMap((frame, index) => {

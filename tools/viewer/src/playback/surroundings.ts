@@ -8,7 +8,7 @@ export type Drawn = 'grids' | 'grids and sheets';
 
 export interface Ground {
   center: THREE.Vector3; // of all that moves
-  size: number; // m: planes are drawn so wide
+  size: number; // m: the width at which planes are drawn
   ink: THREE.ColorRepresentation;
   drawn: Drawn;
 }
@@ -47,7 +47,7 @@ function skin(side: 'outside' | 'inside', { ink }: Ground): THREE.Material {
   });
 }
 
-// Particles rest on a body, not in it.
+// Returns the scale that moves a body's surface away from the particles, so that they rest on it, not in it.
 const beside = (side: 'outside' | 'inside'): number => (side === 'inside' ? 1.005 : 0.995);
 
 function sphere({ center, radius, side }: SphereContact, ground: Ground): THREE.Object3D {
@@ -95,7 +95,7 @@ export class Surroundings {
   private readonly followers: Follower[] = [];
   private readonly bodies: THREE.Object3D[] = []; // all but planes
   private stillBoxes: THREE.Box3[] | undefined;
-  private time = NaN; // s, where they are
+  private time = NaN; // s: for which they are in their places
 
   constructor(contacts: readonly Contact[], motions: readonly Motion[], ground: Ground) {
     for (const contact of contacts) {
@@ -107,7 +107,7 @@ export class Surroundings {
     this.object.add(new THREE.HemisphereLight(0xffffff, 0x808080, Math.PI));
   }
 
-  // Whether anything is elsewhere since.
+  // Moves the bodies to their places at a time. Returns whether anything has moved.
   move(time: number): boolean {
     if (this.followers.length === 0 || time === this.time) return false;
     this.time = time;
@@ -118,7 +118,7 @@ export class Surroundings {
     return true;
   }
 
-  // Around each body, at a time.
+  // Returns the box around each body at a time.
   bodiesAt(time: number): THREE.Box3[] {
     if (this.stillBoxes) return this.stillBoxes;
     this.move(time);

@@ -6,13 +6,13 @@ export type Colouring = 'plain' | 'speed' | 'error' | 'stretch';
 
 export const errorOctaves = 27; // that the palette spans: eight powers of ten
 
-// At the palette's end.
+// The values at the palette's end.
 export interface Highest {
   speed: number; // m/s
   error: number; // m
 }
 
-// A part of the palette, 0..1, as red, green and blue of 0..255.
+// Returns the colour at a part of the palette, 0..1, as red, green and blue of 0..255.
 function coloured(part: number): Colour {
   const at = Math.min(1, Math.max(0, part)) * (rising.length - 1);
   const below = rising[Math.floor(at)]!;
@@ -30,20 +30,20 @@ function errorPart(byte: number, frame: Frame, highest: Highest): number {
 
 const isByError = (frame: Frame, colouring: Colouring): boolean => colouring === 'error' && frame.errors !== undefined;
 
-// The values that the particles' colours stand for.
+// Returns the values that the particles' colours stand for.
 export function valuesOf(frame: Frame, colouring: Colouring): Uint8Array {
   if (isByError(frame, colouring)) return frame.errors!;
   return (colouring === 'stretch' ? frame.stretches : undefined) ?? frame.speeds;
 }
 
-// The colours of values 0 to 255 in a frame.
+// Returns the colours of values 0 to 255 in a frame.
 export function colourTable(frame: Frame, colouring: Colouring, highest: Highest, plain: Colour): Colour[] {
   const part = isByError(frame, colouring) ? errorPart : colouring === 'stretch' ? (byte: number) => byte / 255 : speedPart;
   const all = plain.map((each) => Math.round(255 * each)) as unknown as Colour;
   return Array.from({ length: 256 }, (_, byte) => (colouring === 'plain' ? all : coloured(part(byte, frame, highest))));
 }
 
-// Red, green, blue and a spare byte of each particle into `tints`.
+// Writes red, green, blue and a spare byte of each particle to `tints`.
 export function fillTints(tints: Uint8Array, frame: Frame, colouring: Colouring, highest: Highest, plain: Colour): void {
   const values = valuesOf(frame, colouring);
   const colours = colourTable(frame, colouring, highest, plain);

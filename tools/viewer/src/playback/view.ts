@@ -1,4 +1,4 @@
-// The picture: camera, particles, what joins them and what they meet.
+// The picture: camera, particles, their joints and the bodies that they meet.
 import * as THREE from 'three';
 import { OrbitControls } from 'three/addons/controls/OrbitControls.js';
 import type { Colour } from '../shared/palette';
@@ -30,7 +30,7 @@ export interface Inks {
 
 export const hasWebGl = (): boolean => document.createElement('canvas').getContext('webgl2') !== null;
 
-// Drawn by the processor: every pixel that is blended or smoothed costs time then.
+// Whether the processor draws: every pixel that is blended or smoothed then costs time.
 function isSoftware(): boolean {
   const gl = document.createElement('canvas').getContext('webgl2');
   const facts = gl?.getExtension('WEBGL_debug_renderer_info');
@@ -39,11 +39,11 @@ function isSoftware(): boolean {
   return /swiftshader|llvmpipe|software/i.test(name);
 }
 
-const shown = 0.94; // of what is free: that a box of all takes
+const shown = 0.94; // part of the free area that the box of everything takes
 
-const largestDots = 2.5; // pixels: below them a ball is not told from a square
+const largestDots = 2.5; // pixels: below this a ball looks like a square
 
-// In pixels of the canvas: where nothing covers it, or all of it where that is too little to show anything.
+// The area of the canvas that nothing covers, in pixels; all of it if that is too small to show anything.
 interface Area {
   left: number;
   top: number;
@@ -73,22 +73,22 @@ export class View {
   readonly stretch: Stretch;
   private ropes: Ropes | undefined;
   private balls: Balls | undefined;
-  private hasCorners = false; // something is drawn from the three
+  private hasCorners = false; // something is drawn from position, next and tint
   private readonly parts: Partial<Record<Part, THREE.Object3D>> = {};
   private readonly anchored: AnchoredSprings | undefined;
   private readonly surroundings: Surroundings | undefined;
-  private readonly dotted: DottedPicture | undefined; // in place of WebGL's: the processor draws, and points alone move
+  private readonly dotted: DottedPicture | undefined; // in place of WebGL's: the processor draws, and only points move
   private dotColours = new Uint32Array(256);
   private readonly size: number; // m
   private readonly framing: Framing;
   private readonly center: THREE.Vector3; // of what is shown at the moment
-  private isTouched = false; // somebody looks as they like
+  private isTouched = false; // the user has moved the camera
   private readonly up: THREE.Vector3;
   private shown: Shown | undefined;
   private onward: Float32Array | undefined; // of the frame that is shown
-  private readonly tears: ((frame: number) => void)[] = []; // takes out of the picture what is torn in a frame
+  private readonly tears: ((frame: number) => void)[] = []; // remove the pieces that are torn in a frame
   private isStale = true;
-  private readonly reach: number; // m: how far apart any of the particles come
+  private readonly reach: number; // m: how far apart any particles come, at most
   private grain: Grain = 'fine'; // of the surroundings behind dots
 
   constructor(
@@ -212,12 +212,12 @@ export class View {
     this.isStale = true;
   }
 
-  // Takes places to the cube of what is seen, its columns one after another.
+  // Returns the matrix from positions to clip space, column after column.
   seen(): number[] {
     return new THREE.Matrix4().multiplyMatrices(this.camera.projectionMatrix, this.camera.matrixWorldInverse).elements;
   }
 
-  // Coarse while they move; fine again when they rest.
+  // Moves the surroundings, whose grain is coarse while they move and fine again when they rest.
   private moveSurroundings(time: number): void {
     const grain = this.surroundings?.move(time) ? 'coarse' : 'fine';
     if (grain === 'fine' && this.grain === 'fine') return;
@@ -226,7 +226,7 @@ export class View {
     this.isStale = true;
   }
 
-  // Whether anything was drawn: not where the picture is as it was.
+  // Draws the picture. Returns false if the picture is as it was, so that nothing was drawn.
   draw(): boolean {
     this.controls.update();
     if (!this.isStale) return false;
@@ -341,7 +341,7 @@ export class View {
     this.mark(attribute, values.length);
   }
 
-  // The first so many numbers are new.
+  // Marks the first `count` numbers as new.
   private mark(attribute: THREE.BufferAttribute, count: number): void {
     attribute.clearUpdateRanges();
     attribute.addUpdateRange(0, count);
@@ -355,7 +355,7 @@ export class View {
     else this.renderer.setSize(clientWidth, clientHeight, false);
     this.ropes?.resize(this.canvas.width, this.canvas.height);
     this.camera.aspect = clientWidth / clientHeight;
-    // The middle of what is free is where the camera looks.
+    // The camera looks at the middle of the free area.
     const { left, top, right, bottom } = freeArea(this.canvas, this.covers);
     this.camera.setViewOffset(clientWidth, clientHeight, 0.5 * (clientWidth - left - right), 0.5 * (clientHeight - top - bottom), clientWidth, clientHeight);
     this.isStale = true;

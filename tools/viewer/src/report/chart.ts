@@ -1,4 +1,4 @@
-// ECharts with what the page draws, in the page's colours.
+// ECharts with the parts that the page uses, in the page's colours.
 import { CustomChart, LineChart } from 'echarts/charts';
 import { GridComponent, MarkAreaComponent, TooltipComponent } from 'echarts/components';
 import { type ECharts, init, use } from 'echarts/core';
@@ -16,7 +16,7 @@ export const inks = (): { ink: string; soft: string; line: string; card: string 
     ? { ink: '#e9eaec', soft: '#a2a7b0', line: '#363b42', card: '#1b1e22' }
     : { ink: '#1d1f23', soft: '#5a5e66', line: '#dcdee1', card: '#ffffff' };
 
-// Draws what `option` says once the place is seen, and again when it changes its size or the page its colours.
+// Draws the chart of `option` once its place is visible, and again when its size or the page's colours change.
 export class Chart {
   private chart: ECharts | undefined;
 
@@ -74,7 +74,7 @@ export function axis(name: string, gap: number, scale: Scale): Record<string, un
 
 const safe: Record<string, string> = { '&': '&amp;', '<': '&lt;', '>': '&gt;', '"': '&quot;' };
 
-// Lines of a tooltip; what is said comes from files.
+// Returns the lines of a tooltip, escaped, because their text comes from files.
 export const lines = (title: string, rows: readonly (readonly [string, string])[]): string => {
   const escaped = (said: string): string => said.replace(/[&<>"]/g, (c) => safe[c]!);
   const cells = rows.map(([what, said]) => `<tr><td style="border:0;text-align:left;padding:0 1em 0 0">${escaped(what)}</td><td style="border:0;padding:0">${escaped(said)}</td></tr>`);

@@ -5,7 +5,7 @@ import type { Style } from './style';
 export interface Point {
   x: number;
   y: number;
-  told: string; // when pointed at
+  told: string; // shown when pointed at
 }
 
 export interface Curve {

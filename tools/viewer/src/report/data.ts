@@ -4,7 +4,7 @@ export type Num = number | null;
 
 export interface Run {
   method: string;
-  curve?: string; // of networks: the scheme and what it takes
+  curve?: string; // of networks: the scheme and its options
   baseline: boolean;
   scheme: string | null;
   precision: string;
@@ -22,7 +22,7 @@ export interface Run {
   order: Num;
   in_fit: boolean;
   diverged: boolean;
-  ranked?: boolean; // of networks: false where the error is no less than chaos makes of any
+  ranked?: boolean; // of networks: false if the run is no nearer to the reference than chaos leaves any two starts
   beyond?: { value: Num; off: Num; agrees: boolean }[]; // in the order of the scene's statistics
 }
 
@@ -30,7 +30,7 @@ export interface Horizon {
   seconds: number;
   whole: boolean;
   ended_by: 'growth' | 'doubt' | null;
-  growth?: Num; // of a small difference of the start until then
+  growth?: Num; // of a small difference at the start until then
 }
 
 export interface Beyond {
@@ -189,7 +189,7 @@ export interface Cheapest {
   name: string;
   precision: string;
   isBaseline: boolean;
-  runs: (Run | undefined)[]; // a goal
+  runs: (Run | undefined)[]; // one for each goal
   best: Run | undefined; // with the least error
   divergedSteps: number[]; // s, sub-steps of networks
   unranked: number; // runs

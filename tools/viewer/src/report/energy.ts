@@ -27,7 +27,7 @@ export function energyOverTime(scene: SceneReport, styles: ReadonlyMap<string, S
   return curvesOption(frame, curves);
 }
 
-// All of the reference's and, of curves that run away, as much again.
+// Returns the range of the axis: all of the reference, and as much again (or 1.2 energy scales) of curves that run away.
 function range(scene: SceneReport): [number, number] {
   const finite = scene.energy_curves.map(({ energy }) => energy.filter(isFinite));
   const reference = finite[0] ?? [0];

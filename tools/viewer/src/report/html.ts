@@ -28,7 +28,7 @@ export interface Row {
   kind?: string;
 }
 
-// The first row's kinds hold for the head.
+// Makes a table. The cells of the head have the kinds of the first row.
 export function table(head: readonly string[], rows: readonly Row[]): HTMLElement {
   const headRow = make('tr', {}, ...head.map((name, i) => make('th', { class: rows[0]?.cells[i]?.kind?.includes('text') ? 'text' : '' }, name)));
   const body = rows.map((row) =>

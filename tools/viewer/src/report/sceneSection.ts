@@ -8,7 +8,7 @@ import { allRuns, beyondTable, cheapestTable, claimsTable, facts, leftOut, longR
 import { throughputKeys, throughputOption, throughputTable } from './throughput';
 import { workPrecision } from './workPrecision';
 
-// Boxes that turn things on and off; `changed` gets what is on.
+// Makes boxes that turn items on and off; `changed` gets the items that are on.
 function boxes(title: string, names: readonly string[], label: (name: string) => Node[], isOn: (name: string) => boolean, changed: (on: Set<string>) => void) {
   const on = new Set(names.filter(isOn));
   const items = names.map((name) => {

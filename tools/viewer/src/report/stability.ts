@@ -1,4 +1,4 @@
-// The stability maps: growth per step over two quantities, a map a method.
+// The stability maps: growth per step over two quantities, one map per method.
 import type { CustomSeriesRenderItemAPI, CustomSeriesRenderItemParams } from 'echarts/types/dist/shared';
 import { Chart, type Option, axis, lines, tooltip } from './chart';
 import { type GrowthMap, type MapAxis, type Stability, isFinite, readableName } from './data';
@@ -7,7 +7,7 @@ import { choice, make, number, table, words } from './html';
 
 const stableWithin = 1e-9; // a growth of one within this is stable
 
-// From the middle of two cells to that of the next two.
+// Returns the edges of cells, midway between the values of neighbouring cells.
 export function edgesOf({ values, spacing }: MapAxis): number[] {
   const isLog = spacing === 'logarithmic';
   const at = values.map((value) => (isLog ? Math.log(value) : value));
@@ -18,7 +18,7 @@ export function edgesOf({ values, spacing }: MapAxis): number[] {
   return isLog ? all.map(Math.exp) : all;
 }
 
-// Blue where it dies away or stays, orange to dark where it grows: told apart by lightness too.
+// Returns blue if the motion dies away or stays, orange to dark if it grows. The colours differ in lightness too.
 export function colourOf(growth: number | null): string {
   if (!isFinite(growth)) return '#3b0f05';
   if (growth <= 1 + stableWithin) {

@@ -27,7 +27,7 @@ const shapes: Record<Style['mark'], string> = {
   arrow: '<path d="M13 1 17 11 13 8.5 9 11z"/>',
 };
 
-// The same as a small picture beside the name.
+// Draws a style as a small picture beside the name.
 export function key(style: Style): SVGSVGElement {
   const svg = document.createElementNS('http://www.w3.org/2000/svg', 'svg');
   svg.setAttribute('class', 'key');

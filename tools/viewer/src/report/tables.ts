@@ -35,7 +35,7 @@ export function cheapestTable(scene: SceneReport): HTMLElement {
     table(head, rows));
 }
 
-// The values of chaotic runs that can be compared: not where particles are.
+// Makes a table of those values of chaotic runs that can be compared; positions cannot.
 export function beyondTable(scene: SceneReport): Node {
   const { beyond, no_beyond: why } = scene;
   if (!beyond) return why === undefined ? new Text() : make('p', { class: 'hint' }, `Beyond the horizon nothing is compared: ${why}.`);

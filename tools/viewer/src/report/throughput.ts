@@ -13,10 +13,10 @@ export interface Band {
   to: number;
 }
 
-// All of a level that the threads have among them.
+// Returns the bytes of all caches of a level that the threads have among them.
 const reached = ({ bytes, processors }: Cache, threads: number): number => bytes * Math.ceil(threads / processors);
 
-// Between the fewest and the most particles: which of them have a state that fits into a cache, the nearest first, then memory.
+// Returns bands of the particle numbers whose state fits into a cache, the nearest cache first, then memory.
 export function bandsOf(machine: Machine, bytesPerParticle: number, fewest: number, most: number): Band[] {
   const levels = [...machine.caches].sort((a, b) => a.level - b.level);
   const ends = levels.map((cache) => ({ name: `L${cache.level}`, end: reached(cache, machine.threads) / bytesPerParticle }));

@@ -1,4 +1,4 @@
-// The cost of a simulated second over how far it ends up from the exact motion.
+// The cost of a simulated second over the distance from the exact motion at its end.
 import { axis, lines } from './chart';
 import { type Curve, curvesOption } from './curves';
 import { type Run, type SceneReport, isFinite, nameOf, nsPerParticleSecond, readableName } from './data';

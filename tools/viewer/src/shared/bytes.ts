@@ -1,4 +1,4 @@
-// Bytes that the page carries: base64 of what zlib packed.
+// Bytes that the page carries: base64 of data packed by zlib.
 
 export function fromBase64(text: string): Uint8Array<ArrayBuffer> {
   const characters = atob(text);

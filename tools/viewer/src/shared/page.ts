@@ -10,7 +10,7 @@ export function dataElements(name: string): HTMLScriptElement[] {
   return [...document.querySelectorAll<HTMLScriptElement>(`script[type="text/x-dvdx-${name}"]`)];
 }
 
-// The text of the one data element of this name, which is taken out of the page: it may be large.
+// Returns the text of the only data element of this name, and removes the element from the page, because it may be large.
 export function takenText(name: string): string | undefined {
   const [found] = dataElements(name);
   const text = found?.textContent ?? undefined;
