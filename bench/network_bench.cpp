@@ -26,12 +26,12 @@ namespace {
 constexpr double step = 1e-4;  // s: a soft sheet of any size here is stable
 
 // Shuffled: the particles are numbered at random. Irregular: one spring is missing as well, so that sweeps find no sheet.
-enum class Lie { grid, list, shuffled, irregular };
+enum class Arrangement { grid, list, shuffled, irregular };
 
 struct Sheet {
   std::string name;
   Coupling coupling;
-  Lie lie = Lie::grid;
+  Arrangement arrangement = Arrangement::grid;
   double damping = 0;
   int substeps = 20;  // in a call
 };
@@ -50,7 +50,8 @@ Grid grid_of(std::size_t side, double damping) {
 std::vector<std::uint32_t> places(const Sheet& sheet, std::size_t side) {
   std::vector<std::uint32_t> place(side * side);
   std::iota(place.begin(), place.end(), 0U);
-  if (sheet.lie == Lie::shuffled || sheet.lie == Lie::irregular) std::shuffle(place.begin(), place.end(), std::mt19937(1));
+  if (sheet.arrangement == Arrangement::shuffled || sheet.arrangement == Arrangement::irregular)
+    std::shuffle(place.begin(), place.end(), std::mt19937(1));
   return place;
 }
 
@@ -72,12 +73,12 @@ Scene scene_of(const Sheet& sheet, std::size_t side) {
   scene.fixed = {std::min(place[0], place[side - 1]), std::max(place[0], place[side - 1])};
   const Grid grid = grid_of(side, sheet.damping);
   Springs springs = springs_of(grid);
-  if (sheet.lie == Lie::irregular) lose_last(springs);
+  if (sheet.arrangement == Arrangement::irregular) lose_last(springs);
   for (auto& [a, b] : springs.pairs) {
     a = place[a];
     b = place[b];
   }
-  scene.add(sheet.lie == Lie::grid ? Network(grid) : Network(springs));
+  scene.add(sheet.arrangement == Arrangement::grid ? Network(grid) : Network(springs));
   scene.coupling = sheet.coupling;
   scene.coupling.substeps = sheet.substeps;
   return scene;
@@ -162,23 +163,27 @@ void add_sheet(Pace pace, const Sheet& sheet, const How& how, std::size_t side,
 const std::vector<Sheet>& sheets() {
   static const std::vector<Sheet> all = {
       {"grid", {.scheme = Scheme::leapfrog}},
-      {"grid_damped", {.scheme = Scheme::leapfrog}, Lie::grid, 0.001},
-      {"graph", {.scheme = Scheme::leapfrog}, Lie::list},
-      {"graph_damped", {.scheme = Scheme::leapfrog}, Lie::list, 0.001},
+      {"grid_damped", {.scheme = Scheme::leapfrog}, Arrangement::grid, 0.001},
+      {"graph", {.scheme = Scheme::leapfrog}, Arrangement::list},
+      {"graph_damped", {.scheme = Scheme::leapfrog}, Arrangement::list, 0.001},
       {"grid_fourth_order", {.scheme = Scheme::fourth_order}},
-      {"grid_fourth_order_damped", {.scheme = Scheme::fourth_order}, Lie::grid, 0.001},
+      {"grid_fourth_order_damped", {.scheme = Scheme::fourth_order}, Arrangement::grid, 0.001},
       {"grid_sequential", {.scheme = Scheme::sequential}},
       {"grid_sequential_without_lines", {.scheme = Scheme::sequential, .lines = Lines::none}},
       {"grid_sequential_middle", {.scheme = Scheme::sequential, .theta = 0.5}},
-      {"grid_sequential_frame", {.scheme = Scheme::sequential, .theta = 0.5}, Lie::grid, 0, 2},
-      {"grid_forward_frame", {.scheme = Scheme::sequential, .theta = 1, .sweeps = SweepOrder::forward}, Lie::grid, 0, 3},
-      {"graph_sequential", {.scheme = Scheme::sequential}, Lie::list},
-      {"shuffled_sequential", {.scheme = Scheme::sequential}, Lie::shuffled},
-      {"shuffled_sequential_without_lines", {.scheme = Scheme::sequential, .lines = Lines::none}, Lie::shuffled},
-      {"irregular_sequential", {.scheme = Scheme::sequential}, Lie::irregular},
-      {"irregular_sequential_in_lines", {.scheme = Scheme::sequential, .lines = Lines::whole}, Lie::irregular},
-      {"graph_sequential_middle", {.scheme = Scheme::sequential, .theta = 0.5}, Lie::list},
-      {"pairs", {.scheme = Scheme::accumulate, .method = Method::average_acceleration}, Lie::list},
+      {"grid_sequential_frame", {.scheme = Scheme::sequential, .theta = 0.5}, Arrangement::grid, 0, 2},
+      {"grid_forward_frame",
+       {.scheme = Scheme::sequential, .theta = 1, .sweeps = SweepOrder::forward},
+       Arrangement::grid,
+       0,
+       3},
+      {"graph_sequential", {.scheme = Scheme::sequential}, Arrangement::list},
+      {"shuffled_sequential", {.scheme = Scheme::sequential}, Arrangement::shuffled},
+      {"shuffled_sequential_without_lines", {.scheme = Scheme::sequential, .lines = Lines::none}, Arrangement::shuffled},
+      {"irregular_sequential", {.scheme = Scheme::sequential}, Arrangement::irregular},
+      {"irregular_sequential_in_lines", {.scheme = Scheme::sequential, .lines = Lines::whole}, Arrangement::irregular},
+      {"graph_sequential_middle", {.scheme = Scheme::sequential, .theta = 0.5}, Arrangement::list},
+      {"pairs", {.scheme = Scheme::accumulate, .method = Method::average_acceleration}, Arrangement::list},
   };
   return all;
 }

@@ -10,14 +10,14 @@ namespace {
 
 constexpr int chosen = 0;  // the knob's value if the plan chooses the sub-steps
 
-enum class Lie { grid, mesh };  // mesh: the same springs as a list, without the information that they form a grid
+enum class Arrangement { grid, mesh };  // mesh: the same springs as a list, without the information that they form a grid
 
 struct Variant {
   Scheme scheme = Scheme::leapfrog;
   std::optional<double> theta{};
   SweepOrder sweeps = SweepOrder::symmetric;
   Arithmetic arithmetic = Arithmetic::separate;
-  Lie lie = Lie::grid;
+  Arrangement arrangement = Arrangement::grid;
 };
 
 Scene scene_of(const Cloth& cloth, const Variant& variant, int substeps) {
@@ -33,7 +33,7 @@ Scene scene_of(const Cloth& cloth, const Variant& variant, int substeps) {
                   .edge_v = cloth.edge_v,
                   .structural = cloth.stiffness,
                   .shear = cloth.stiffness};
-  if (variant.lie == Lie::grid) {
+  if (variant.arrangement == Arrangement::grid) {
     scene.add(grid);
   } else {
     scene.add(springs_of(grid));
@@ -80,8 +80,9 @@ tl::expected<Outcome, std::string> run(const Cloth& cloth, const Variant& varian
 
 template <class T>
 Peer peer(const std::string& name, const Variant& variant, std::vector<int> (*ladder)(const Cloth&)) {
-  return {(variant.lie == Lie::grid ? "dvdx " : "dvdx mesh, ") + name + (sizeof(T) == 4 ? ", f32" : ", f64"), "sub-steps",
-          ladder, [variant](const Cloth& cloth, int knob, double seconds) { return run<T>(cloth, variant, knob, seconds); }};
+  return {(variant.arrangement == Arrangement::grid ? "dvdx " : "dvdx mesh, ") + name + (sizeof(T) == 4 ? ", f32" : ", f64"),
+          "sub-steps", ladder,
+          [variant](const Cloth& cloth, int knob, double seconds) { return run<T>(cloth, variant, knob, seconds); }};
 }
 
 std::vector<int> with_chosen(std::vector<int> ladder) {
@@ -104,7 +105,7 @@ Peers dvdx_peers() {
   const Variant lower_forward{.scheme = Scheme::sequential, .theta = 0.7, .sweeps = SweepOrder::forward};
   const Variant automatic{.scheme = Scheme::automatic};
   const auto mesh = [](Variant variant) {
-    variant.lie = Lie::mesh;
+    variant.arrangement = Arrangement::mesh;
     return variant;
   };
   const auto with_fast = [](Variant variant) {

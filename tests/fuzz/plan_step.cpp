@@ -24,7 +24,7 @@ namespace {
 using test::Batch;
 
 // The steps of a plan, and the changes made to it between them.
-struct Deeds {
+struct Script {
   Arithmetic arithmetic = Arithmetic::separate;
   std::size_t steps = 1;
   double start_time = 0;               // s
@@ -52,8 +52,8 @@ struct Configuration {
   Length length = Length::known;
 };
 
-Deeds deeds(Choices& choices) {
-  Deeds deeds;
+Script deeds(Choices& choices) {
+  Script deeds;
   if (choices.below(3) == 2) deeds.arithmetic = Arithmetic::contracted;
   deeds.steps = 1 + choices.below(5);
   if (choices.below(128) == 127) deeds.steps = 1000;  // enough to use threads
@@ -125,7 +125,7 @@ void add_skins(Choices& choices, Scene& scene, std::size_t count) {
 }
 
 // Adds springs of zero rest length beside a network's own, if the scheme supports them.
-void add_bend(Choices& choices, Deeds& deeds, Scene& scene) {
+void add_bend(Choices& choices, Script& deeds, Scene& scene) {
   const Scheme scheme = scene.coupling.scheme;
   if (choices.below(4) != 3 || (scheme != Scheme::leapfrog && scheme != Scheme::fourth_order)) return;
   for (std::size_t n = 0; n < scene.networks.size() && !deeds.bent; ++n) {
@@ -194,7 +194,7 @@ std::optional<LiveBalls> live_balls(Choices& choices, const RandomScene& of) {
 }
 
 // These choices come last, so that bytes of older inputs keep their meaning.
-void choose_more(Choices& choices, Deeds& deeds, RandomScene& random) {
+void choose_more(Choices& choices, Script& deeds, RandomScene& random) {
   if (choices.below(4) == 3) deeds.unstable = Unstable::allowed;
   add_origin(choices, random);
   add_motions(choices, random.scene, random.x.size());
@@ -227,7 +227,7 @@ constexpr int most_substeps = 64;
 
 // Limits the sub-steps, impacts and sweeps of one input.
 template <class T>
-bool is_short(const Plan<T>& plan, const RandomScene& random, const Deeds& deeds) {
+bool is_short(const Plan<T>& plan, const RandomScene& random, const Script& deeds) {
   const auto limit = plan.network_limit();
   const std::size_t contacts = random.scene.contacts.size();
   const bool is_slow = limit || contacts > 0 || !random.scene.constraints.empty();
@@ -240,8 +240,8 @@ bool is_short(const Plan<T>& plan, const RandomScene& random, const Deeds& deeds
 
 // report: null if not requested.
 template <class T>
-std::string step_all(Plan<T>& plan, State<T>& state, const RandomScene& random, const Deeds& deeds, const ParallelFor& parallel,
-                     ContactReport* report) {
+std::string step_all(Plan<T>& plan, State<T>& state, const RandomScene& random, const Script& deeds,
+                     const ParallelFor& parallel, ContactReport* report) {
   const auto step = [&] {
     // Steps of up to 1e308 s may have exceeded the finite times.
     const StepResult wanted = state.clock.is_finite() ? StepResult::done : StepResult::time_not_finite;
@@ -278,7 +278,7 @@ std::vector<double> told_by(const ContactReport& report) {
 }
 
 template <class T>
-Outcome<T> outcome_in(State<T>& state, const RandomScene& random, const Deeds& deeds, const Configuration& way) {
+Outcome<T> outcome_in(State<T>& state, const RandomScene& random, const Script& deeds, const Configuration& way) {
   place(random, state);
   state.clock.seconds = deeds.start_time;
   const Options options{.step = random.step,
@@ -305,7 +305,7 @@ Outcome<T> outcome_in(State<T>& state, const RandomScene& random, const Deeds& d
 }
 
 template <class T>
-Outcome<T> outcome(const RandomScene& random, const Deeds& deeds, const Configuration& way) {
+Outcome<T> outcome(const RandomScene& random, const Script& deeds, const Configuration& way) {
   if (way.layout >= test::layouts.size()) {
     Columns<T> columns(random.x.size());
     State<T> state = columns.view();
@@ -348,7 +348,7 @@ void expect_told_alike(const Outcome<T>& wanted, const Outcome<T>& got, const Co
 
 // Seven numbers for each live particle, then the numbers of live and removed particles.
 template <class T>
-Outcome<T> live_outcome(const LiveBalls& balls, const Deeds& deeds, const Configuration& way) {
+Outcome<T> live_outcome(const LiveBalls& balls, const Script& deeds, const Configuration& way) {
   const std::size_t capacity = balls.turnover.capacity;
   Batch<T> batch(test::layouts[way.layout % test::layouts.size()], capacity);
   Batch<T> lives(test::layouts[way.layout % test::layouts.size()], capacity);
@@ -406,7 +406,7 @@ void backwards(void* /*context*/, std::size_t count, ParallelFor::Body body, voi
 }
 
 template <class T>
-void compare(const RandomScene& random, const Deeds& deeds, std::size_t turn) {
+void compare(const RandomScene& random, const Script& deeds, std::size_t turn) {
   constexpr std::array<std::size_t, 4> blocks = {0, 16, 32, 1024};
   const Outcome<T> wanted = outcome<T>(random, deeds, {.layout = test::layouts.size(), .length = Length::asked});
   if (wanted.error == too_long) return;
@@ -428,7 +428,7 @@ void compare(const RandomScene& random, const Deeds& deeds, std::size_t turn) {
 }
 
 template <class T>
-void compare_live(const LiveBalls& balls, const Deeds& deeds, std::size_t turn) {
+void compare_live(const LiveBalls& balls, const Script& deeds, std::size_t turn) {
   const Outcome<T> wanted = live_outcome<T>(balls, deeds, {.length = Length::asked});
   if (wanted.error == too_long) return;
   expect_allowed<T>(wanted.error);
@@ -447,7 +447,7 @@ void plan_step(std::string_view bytes) {
   Choices choices(bytes);
   const bool is_double = choices.flip();
   const std::size_t turn = choices.byte();
-  Deeds what = deeds(choices);
+  Script what = deeds(choices);
   RandomScene random = random_scene(choices, Legality::legal);
   choose_more(choices, what, random);
   const std::optional<LiveBalls> balls = live_balls(choices, random);

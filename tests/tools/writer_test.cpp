@@ -337,7 +337,7 @@ TEST_CASE("a .pvtp in pieces: each has its own particles and cells, and marks wh
   // Each of two ranks writes its own particles and those that its cells use.
   const std::vector<std::uint32_t> owner{0, 0, 1, 0, 0, 1, 1};
   int number = 0;
-  for (const FilePiece& piece : pieces_of(quads, owner, 2)) {
+  for (const RankPiece& piece : pieces_of(quads, owner, 2)) {
     Soa<double> own(piece.particles.size());
     auto of_piece = own.view();
     for (std::size_t k = 0; k < piece.particles.size(); ++k) {

@@ -229,8 +229,8 @@ void follow(const ChainTerms<Scalar<V>>& terms, std::size_t first, std::size_t l
 // For chains that have turned too far for pulses along n. Their particles follow each other; velocities get the velocity pulse
 // alone. If the last particle cannot move either, Newton's steps along each step's own d correct the lengths if they can.
 template <class V, Arithmetic arithmetic>
-void gather_in(const ChainTerms<Scalar<V>>& terms, const Axes<Scalar<V>>& x, std::size_t first, std::size_t links,
-               Mask<V> where) noexcept {
+void follow_and_correct(const ChainTerms<Scalar<V>>& terms, const Axes<Scalar<V>>& x, std::size_t first, std::size_t links,
+                        Mask<V> where) noexcept {
   const V zero(Scalar<V>(0));
   follow<V, arithmetic>(terms, first, links);
   put_chain_back<V>(terms, x, first, links, where);
@@ -261,7 +261,7 @@ void place_chain(const ChainTerms<Scalar<V>>& terms, const Axes<Scalar<V>>& x, s
     is_off = verdict.is_off & !is_astray;
     if (step < terms.newton) substitute<V, arithmetic, Solved::positions_summed>(terms, x, first, links, is_off);
   }
-  if (any_lane<V>(is_astray)) gather_in<V, arithmetic>(terms, x, first, links, is_astray);
+  if (any_lane<V>(is_astray)) follow_and_correct<V, arithmetic>(terms, x, first, links, is_astray);
 }
 
 template <class V, Arithmetic arithmetic>
@@ -312,8 +312,8 @@ void update_chain_velocities(const ChainTerms<Scalar<V>>& terms, const Axes<Scal
 }
 
 template <class V, Arithmetic arithmetic>
-Pushed<V> turn_chain(const ChainTerms<Scalar<V>>& terms, const Axes<Scalar<V>>& v, std::size_t first, std::size_t links,
-                     Mask<V> where, const Three<V>& frame = three<V>(V(Scalar<V>(0)))) noexcept {
+Pushed<V> solve_velocities(const ChainTerms<Scalar<V>>& terms, const Axes<Scalar<V>>& v, std::size_t first, std::size_t links,
+                           Mask<V> where, const Three<V>& frame = three<V>(V(Scalar<V>(0)))) noexcept {
   using T = Scalar<V>;
   const V zero(T(0));
   Elimination<V, arithmetic> rows(terms);
@@ -344,7 +344,7 @@ void solve_chain_velocities(const ChainTerms<Scalar<V>>& terms, const Axes<Scala
   const V zero(Scalar<V>(0));
   for (std::size_t bundle = from; bundle < to; ++bundle) {
     for (std::size_t lane = 0; lane < slice; lane += V::size) {
-      turn_chain<V, arithmetic>(terms, v, terms.first[bundle] + lane, terms.links[bundle], zero == zero);
+      solve_velocities<V, arithmetic>(terms, v, terms.first[bundle] + lane, terms.links[bundle], zero == zero);
     }
   }
 }

@@ -174,7 +174,7 @@ void follow(const Chain<T>& chain) noexcept {
 }
 
 template <Arithmetic arithmetic, class T>
-void gather_in(const Chain<T>& chain, const Axes<T>& x) noexcept {
+void follow_and_correct(const Chain<T>& chain, const Axes<T>& x) noexcept {
   follow<arithmetic>(chain);
   put_chain_back(chain, x);
   aim_chain<arithmetic>(chain, x);
@@ -193,7 +193,7 @@ template <Arithmetic arithmetic, class T>
 void place_chain(const Chain<T>& chain, const Axes<T>& x) noexcept {
   for (int step = 0; step <= chain.terms.newton; ++step) {
     const Verdict verdict = eliminate_lengths<arithmetic>(chain, x);
-    if (verdict.is_astray) return gather_in<arithmetic>(chain, x);
+    if (verdict.is_astray) return follow_and_correct<arithmetic>(chain, x);
     if (!verdict.is_off) return;
     if (step < chain.terms.newton) substitute<arithmetic>(chain, x, true);
   }
@@ -231,7 +231,7 @@ void update_chain_velocities(const ChainTerms<T>& terms, const Axes<T>& x, const
 }
 
 template <Arithmetic arithmetic, class T>
-Pushed<T> turn_chain(const Chain<T>& chain, const Axes<T>& v, const Vector<T>& frame = {}) noexcept {
+Pushed<T> solve_velocities(const Chain<T>& chain, const Axes<T>& v, const Vector<T>& frame = {}) noexcept {
   for (std::size_t k = 0; k < chain.links; ++k) {
     const Vector<T> n = chain.n(k);
     const T un = inner<arithmetic>(n, chain.between(v, k));
@@ -246,7 +246,7 @@ Pushed<T> turn_chain(const Chain<T>& chain, const Axes<T>& v, const Vector<T>& f
 
 template <class T, Arithmetic arithmetic>
 void solve_chain_velocities(const ChainTerms<T>& terms, const Axes<T>& v, std::size_t from, std::size_t to) noexcept {
-  for_chains(terms, from, to, [&](const Chain<T>& chain) { turn_chain<arithmetic>(chain, v); });
+  for_chains(terms, from, to, [&](const Chain<T>& chain) { solve_velocities<arithmetic>(chain, v); });
 }
 
 // ---- lone chains -------------------------------------------------------------------------------------------------------
@@ -341,7 +341,7 @@ ChainCourse<T> pulse_chain(const Chain<T>& chain, const Axes<T>& x, const Axes<T
   const Pushed<T> first = push_chain<arithmetic>(chain, v, per_step);
   aim_chain<arithmetic>(chain, x);
   const Vector<T> frame = frame_of<arithmetic>(chain, [&](std::size_t k) { return at(v, chain.particle(k)); });
-  const Pushed<T> second = turn_chain<arithmetic>(chain, v, frame);
+  const Pushed<T> second = solve_velocities<arithmetic>(chain, v, frame);
   course.given = first.carried - second.carried;
   course.carried = first.carried + second.carried;
   course.moving = second.moving;
@@ -445,11 +445,11 @@ void give_in(const Chain<T>& chain, const Axes<T>& x, const Axes<T>& v) noexcept
       if (chain.w(k) != 0) v[axis][chain.particle(k)] = multiply_add<arithmetic>(terms.step, a, v0);
     }
   }
-  gather_in<arithmetic>(chain, x);
+  follow_and_correct<arithmetic>(chain, x);
   aim_chain<arithmetic>(chain, x);
   if (eliminate_lengths<arithmetic>(chain, x).is_far && !(chain.w(0) > 0)) stay(chain, x, v);
   aim_chain<arithmetic>(chain, x);
-  turn_chain<arithmetic>(chain, v);
+  solve_velocities<arithmetic>(chain, v);
   take_excess<arithmetic>(chain, x, v, terms.own_v, terms.own_x);
 }
 

@@ -133,7 +133,7 @@ ChainCourse<V> pulse_chain(const ChainTerms<Scalar<V>>& terms, const Axes<Scalar
   aim_chain<V, arithmetic>(terms, x, chains.first, chains.links, zero == zero);
   const auto speed = [&](std::size_t e) { return gather_axes<V>(v, terms.a + e); };
   const Three<V> frame = frame_of<V, arithmetic>(terms, chains, speed);
-  const Pushed<V> second = turn_chain<V, arithmetic>(terms, v, chains.first, chains.links, where, frame);
+  const Pushed<V> second = solve_velocities<V, arithmetic>(terms, v, chains.first, chains.links, where, frame);
   return {is_lost, transverse, first.carried - second.carried, first.carried + second.carried, second.moving};
 }
 
@@ -253,7 +253,7 @@ void give_in(const ChainTerms<Scalar<V>>& terms, const Axes<Scalar<V>>& x, const
     store_axes<V>(terms.kept, e, multiply_add<arithmetic>(h, path, load_axes<V>(terms.start, e)));
     store_axes<V>(terms.kept_v, e, multiply_add<arithmetic>(h, a, v0));
   }
-  gather_in<V, arithmetic>(terms, x, chains.first, chains.links, where);
+  follow_and_correct<V, arithmetic>(terms, x, chains.first, chains.links, where);
   for (std::size_t k = 0; k <= chains.links; ++k) {
     const std::size_t e = chains.first + k * slice;
     const Three<V> now = gather_axes<V>(v, terms.a + e);
@@ -264,7 +264,7 @@ void give_in(const ChainTerms<Scalar<V>>& terms, const Axes<Scalar<V>>& x, const
   const Mask<V> stays = where & is_held & eliminate_lengths<V, arithmetic>(terms, x, chains.first, chains.links).is_far;
   if (any_lane<V>(stays)) stay<V>(terms, x, v, chains, stays);
   aim_chain<V, arithmetic>(terms, x, chains.first, chains.links, where);
-  turn_chain<V, arithmetic>(terms, v, chains.first, chains.links, where);
+  solve_velocities<V, arithmetic>(terms, v, chains.first, chains.links, where);
   take_excess<V, arithmetic>(terms, x, v, chains, where, terms.own_v, terms.own_x);
 }
 

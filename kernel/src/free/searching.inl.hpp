@@ -13,11 +13,11 @@ namespace {
 
 // Bounds of one axis' positions and velocities, and of where a step takes them.
 template <class V>
-class Rectangle {
+class PhaseBox {
   using T = Scalar<V>;
 
  public:
-  Rectangle(const T* x, const T* v, std::size_t count) noexcept {
+  PhaseBox(const T* x, const T* v, std::size_t count) noexcept {
     Bounds<V> at, speed, more_at, more_speed;  // two of each hide each other's latency
     std::size_t i = 0;
     for (; i + 2 * V::size <= count; i += 2 * V::size) {
@@ -41,7 +41,7 @@ class Rectangle {
   // Takes a step. low and high are widened to the step's paths. way is raised to how far these go.
   template <class OneAxis>
   void step(const OneAxis& affine, T corner, T& low, T& high, T& way) noexcept {
-    const Rectangle before = *this;
+    const PhaseBox before = *this;
     bool is_first = true;
     for (const T x : before.x_) {
       for (const T v : before.v_) {
@@ -93,7 +93,7 @@ template <class V, class OneAxis>
   Region<T> box;
   T way = 0;
   for (std::size_t axis = 0; axis < 3; ++axis) {
-    Rectangle<V> at(particles.x[axis], particles.v[axis], particles.count);
+    PhaseBox<V> at(particles.x[axis], particles.v[axis], particles.count);
     T& low = box.low[axis] = std::numeric_limits<T>::infinity();
     T& high = box.high[axis] = -std::numeric_limits<T>::infinity();
     for (std::size_t n = 0; n < steps.count; ++n) {

@@ -48,7 +48,7 @@ class AnyOrder {
       }
     });
     if (runs == 0) ws_.waiting[0] = {.first = 0, .count = births_};
-    const std::span<Stretch> waiting(ws_.waiting.data(), std::max<std::size_t>(runs, 1));
+    const std::span<BirthRange> waiting(ws_.waiting.data(), std::max<std::size_t>(runs, 1));
     const std::span<std::size_t> kept(ws_.kept.data(), runs);
     fill_ends(group, kept, waiting);
     const std::size_t end =
@@ -60,13 +60,13 @@ class AnyOrder {
 
  private:
   // The births that a run of `count` places from `first` on may take: they are spread evenly over all places.
-  [[nodiscard]] Stretch share_of(std::size_t first, std::size_t count, std::size_t all) const noexcept {
+  [[nodiscard]] BirthRange share_of(std::size_t first, std::size_t count, std::size_t all) const noexcept {
     const std::uint64_t from = births_ * first / all, to = births_ * (first + count) / all;  // below 2^64: both are below 2^32
     return {.first = from, .count = to - from};
   }
 
   // Steps a run, and takes the births that it places off `births`. Returns how many of its places, the first ones, are taken.
-  std::size_t step_run(const ParticleGroup& run, std::size_t task, Stretch& births) const noexcept {
+  std::size_t step_run(const ParticleGroup& run, std::size_t task, BirthRange& births) const noexcept {
     std::array<std::uint64_t, fill_run / 64> removed{};
     if (chunks_.can_be_viewed(run.first)) {
       chunks_.step_all(live_, run, removed);
@@ -89,9 +89,9 @@ class AnyOrder {
   }
 
   // Puts births that found no hole in their run into the free ends of others.
-  void fill_ends(const ParticleGroup& group, std::span<std::size_t> kept, std::span<Stretch> waiting) const noexcept {
+  void fill_ends(const ParticleGroup& group, std::span<std::size_t> kept, std::span<BirthRange> waiting) const noexcept {
     std::size_t run = 0;
-    for (Stretch& births : waiting) {
+    for (BirthRange& births : waiting) {
       while (births.count != 0 && run < kept.size()) {
         const std::size_t free = std::min(fill_run, group.count - run * fill_run) - kept[run];
         const std::size_t at = group.first + run * fill_run + kept[run];
@@ -102,17 +102,17 @@ class AnyOrder {
   }
 
   // Appends the births that are left behind all particles. Returns how many.
-  std::size_t append(std::size_t end, std::span<const Stretch> waiting, const ParallelFor& parallel) const noexcept {
+  std::size_t append(std::size_t end, std::span<const BirthRange> waiting, const ParallelFor& parallel) const noexcept {
     std::size_t all = 0, pieces = 0;
-    for (const Stretch& births : waiting) {
+    for (const BirthRange& births : waiting) {
       all += births.count;
       pieces += tasks_of(births.count, born_together);
     }
     for_each_task(parallel, pieces, [&](std::size_t piece) { append_piece(piece, end, waiting); });
     return all;
   }
-  void append_piece(std::size_t piece, std::size_t at, std::span<const Stretch> waiting) const noexcept {
-    for (const Stretch& births : waiting) {
+  void append_piece(std::size_t piece, std::size_t at, std::span<const BirthRange> waiting) const noexcept {
+    for (const BirthRange& births : waiting) {
       const std::size_t pieces = tasks_of(births.count, born_together);
       if (piece >= pieces) {
         piece -= pieces;
@@ -122,7 +122,7 @@ class AnyOrder {
       const std::size_t from = piece * born_together;
       const std::uint64_t count = std::min<std::uint64_t>(born_together, births.count - from);
       at += from;
-      for (Stretch left{.first = births.first + from, .count = count}; left.count != 0;) {
+      for (BirthRange left{.first = births.first + from, .count = count}; left.count != 0;) {
         BornBlock<T> block;
         const std::uint64_t number = number_ + left.first;
         make(left, born_together, block);
@@ -134,7 +134,7 @@ class AnyOrder {
   }
 
   // Makes the next births of one emitter, at most `most`, and takes them off `births`.
-  void make(Stretch& births, std::size_t most, BornBlock<T>& block) const noexcept {
+  void make(BirthRange& births, std::size_t most, BornBlock<T>& block) const noexcept {
     std::uint64_t before = births.first;
     std::size_t e = 0;
     for (;; ++e) {
@@ -156,7 +156,7 @@ class AnyOrder {
 
   // Puts births at at(0), at(1), ... until `places` are taken, and returns how many are. A birth removed at once takes none.
   template <class At>
-  std::size_t put(Stretch& births, std::size_t places, const At& at) const noexcept {
+  std::size_t put(BirthRange& births, std::size_t places, const At& at) const noexcept {
     const bool dies_of_age = live_.age.base != nullptr && live_.lifetime.base != nullptr;
     std::size_t taken = 0;
     while (births.count != 0 && taken < places) {

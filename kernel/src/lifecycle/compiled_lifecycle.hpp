@@ -47,7 +47,7 @@ struct BirthCount {
 BirthCount births_until(const Emitter& emitter, const Clock& clock) noexcept;
 
 // Consecutive births, counted from some first one.
-struct Stretch {
+struct BirthRange {
   std::uint64_t first = 0, count = 0;
 };
 
@@ -123,10 +123,10 @@ struct LifecycleWorkspace {
   std::array<Clock, batch_steps + 1> clocks;  // of the same times
   AlignedArray<T> scratch;                    // a chunk for each thread
   std::size_t overflow_bytes;
-  AlignedArray<T> overflow;       // survivors that wait until the places where they belong have been read
-  std::vector<std::size_t> kept;  // places taken in each run, for SurvivorOrder::any
-  std::vector<Stretch> waiting;   // births that found no hole in their run
-  std::vector<Fill> fills;        // of each thread
+  AlignedArray<T> overflow;         // survivors that wait until the places where they belong have been read
+  std::vector<std::size_t> kept;    // places taken in each run, for SurvivorOrder::any
+  std::vector<BirthRange> waiting;  // births that found no hole in their run
+  std::vector<Fill> fills;          // of each thread
   LiveFollowers<T> followers;
   std::optional<Workspace<T>> meeting;  // of particles that meet; none: the plan's own
   std::vector<std::uint32_t> after;     // likewise: each particle's number after a removal

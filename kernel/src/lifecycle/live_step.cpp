@@ -204,7 +204,7 @@ class LifecycleStep {
     living_ += all;
     live_.born += all;
     live_.dropped += wanted - all;
-    const Stretch here = share_of(first, all);
+    const BirthRange here = share_of(first, all);
     if (here.count == 0) return;
     const auto count = static_cast<std::size_t>(here.count);
     run_ = {.emitter = &emitter,
@@ -223,7 +223,7 @@ class LifecycleStep {
 
   // This part's share of `all` births from number `first` on. The shares are as equal as possible, and the parts that have one
   // more rotate with the number.
-  [[nodiscard]] Stretch share_of(std::uint64_t first, std::uint64_t all) const noexcept {
+  [[nodiscard]] BirthRange share_of(std::uint64_t first, std::uint64_t all) const noexcept {
     const std::uint64_t parts = p_.shared.parts;
     const std::uint64_t each = all / parts, more = all % parts;
     const std::uint64_t turn = (p_.shared.part + parts - first % parts) % parts;

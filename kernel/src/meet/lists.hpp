@@ -37,7 +37,7 @@ class PairLists {
   PairLists(std::size_t particles, std::size_t pairs, std::size_t spare = 0);
 
   // Sets the number of particles from the next build on: at most that of the constructor.
-  void be_of(std::size_t particles) noexcept { particles_ = particles; }
+  void set_count(std::size_t particles) noexcept { particles_ = particles; }
 
   enum class Found { all, too_many };
   // a[i] < 0: the particle is in no pair; neither is one without a finite position. accepts(i, j), i < j: whether the two ever

@@ -130,7 +130,7 @@ struct MeetRoom {
   }
   // Sets the number of particles from the next sub-step on, at most that of the constructor. New ones have the highest numbers.
   // If particles went without renumber(), kept pulses may belong to others, so a lower count drops them.
-  void be_of(std::size_t count) noexcept {
+  void set_count(std::size_t count) noexcept {
     if (count == particles) return;
     if (count < particles) {
       forget();
@@ -268,7 +268,7 @@ struct MeetRoom {
   void resize(std::size_t count) noexcept {
     particles = count;
     tasks.resize(tasks_of(count, particles_per_meeting_task));  // within the constructor's capacity
-    lists.be_of(count);
+    lists.set_count(count);
     is_listed = false;
   }
   // Moves the values that a particle keeps between steps, and its last position, to a new number.

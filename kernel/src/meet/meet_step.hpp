@@ -46,7 +46,7 @@ class MeetStep {
             .slowest = scene.slowest,
             .parting = scene.parting},
         share_(elsewhere, order_, room_, work_) {
-    room_.be_of(share_.is_there() ? share_.particles() : particles);
+    room_.set_count(share_.is_there() ? share_.particles() : particles);
   }
 
   // Called when a sub-step begins.

@@ -164,7 +164,7 @@ std::optional<PulsesRead<A>> read_pulses(NumbersIn& in, const MeetRoom<A>& room,
 
 template <class A>
 void take_pulses(const PulsesRead<A>& read, MeetRoom<A>& room, std::size_t count) noexcept {
-  room.be_of(count);
+  room.set_count(count);
   room.kept_h = static_cast<A>(read.h);
   room.is_kept = room.kept_h != 0;
   room.is_listed = false;

@@ -162,8 +162,8 @@ TEST_CASE("faces: a plane across the direction that is found parts triangle and 
     const std::size_t balls = std::array<std::size_t, 4>{1, 2, 8, 30}[i % 4];
     for (std::size_t k = 0; k < balls; ++k) core.push_back({anywhere(i, 10 + 3 * k, 0.5), balls == 2 && k == 1 ? 0.2 : 0});
     const Closest found = closest(triangle, core, 100);
-    if (found.how == Meeting::pierced) continue;
-    REQUIRE(found.how == Meeting::apart);
+    if (found.how == Proximity::pierced) continue;
+    REQUIRE(found.how == Proximity::apart);
     ++apart;
     double near = std::numeric_limits<double>::infinity();
     double far = -near;
@@ -177,7 +177,7 @@ TEST_CASE("faces: a plane across the direction that is found parts triangle and 
     }
     CHECK(found.weight[0] + found.weight[1] + found.weight[2] == doctest::Approx(1));
     CHECK(along(found.n, point) - far == doctest::Approx(found.distance).epsilon(1e-5));
-    CHECK(closest(triangle, core, 0.9 * found.distance).how == Meeting::far);
+    CHECK(closest(triangle, core, 0.9 * found.distance).how == Proximity::far);
   }
   CHECK(apart > 400);
 }
@@ -186,8 +186,8 @@ TEST_CASE("faces: what the core goes through is pierced") {
   const std::array<Vec3, 3> triangle{{{-1, 0, -1}, {1, 0, -1}, {0, 0, 1}}};
   const std::vector<CoreBall> through{{{0, -1, 0}, 0}, {{0.1, 1, 0}, 0}};
   const std::vector<CoreBall> beside{{{2, -1, 0}, 0}, {{2, 1, 0}, 0}};
-  CHECK(closest(triangle, through, 10).how == Meeting::pierced);
-  CHECK(closest(triangle, beside, 10).how == Meeting::apart);
+  CHECK(closest(triangle, through, 10).how == Proximity::pierced);
+  CHECK(closest(triangle, beside, 10).how == Proximity::apart);
 }
 
 // ---- one pulse --------------------------------------------------------------------------------------------------------------

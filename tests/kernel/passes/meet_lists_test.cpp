@@ -220,7 +220,7 @@ TEST_CASE_TEMPLATE("lists are the same on any number of threads, and in any orde
     const Cloud<T> of = ragged_cloud<T>(count, 1 + std::cbrt(static_cast<double>(count)));
     const NearKernels<T>& near = near_of<T>(best_isa(Arithmetic::separate));
     const auto listed_by = [&](const auto& run) {
-      lists.be_of(count);
+      lists.set_count(count);
       const auto done = lists.build(places_of(of).data(), of.a.data(), T(0.5), T(0.25), AllPairs(), near, run);
       REQUIRE(done == PairLists<T>::Found::all);
       return pairs_of(lists, count);

@@ -31,8 +31,8 @@ std::vector<std::vector<std::uint32_t>> reached(const Topology& topology, std::s
 
 }  // namespace
 
-std::vector<FilePiece> pieces_of(const Topology& topology, std::span<const std::uint32_t> owner, std::size_t count) {
-  std::vector<FilePiece> pieces(count);
+std::vector<RankPiece> pieces_of(const Topology& topology, std::span<const std::uint32_t> owner, std::size_t count) {
+  std::vector<RankPiece> pieces(count);
   std::vector<std::size_t> place(owner.size());  // in its owner's piece
   for (std::size_t i = 0; i < owner.size(); ++i) {
     place[i] = pieces[owner[i]].own++;

@@ -11,7 +11,7 @@
 
 namespace dvdx::tool {
 
-struct FilePiece {
+struct RankPiece {
   std::vector<std::uint32_t> particles;  // numbers in the whole: its own, ascending, then those of others that its cells reach
   std::size_t own = 0;
   Topology topology;                              // by indices in `particles`
@@ -19,7 +19,7 @@ struct FilePiece {
 };
 
 // owner: the piece of each particle, below `count`. A line or face belongs to the piece that owns its first corner.
-[[nodiscard]] std::vector<FilePiece> pieces_of(const Topology& topology, std::span<const std::uint32_t> owner,
+[[nodiscard]] std::vector<RankPiece> pieces_of(const Topology& topology, std::span<const std::uint32_t> owner,
                                                std::size_t count);
 
 }  // namespace dvdx::tool

@@ -67,7 +67,7 @@ class SteppedPiece {
         exchange_(*output.ranks, output.particles, piece_.particles),
         memory_(piece_.particles.size()) {}
 
-  [[nodiscard]] const FilePiece& piece() const noexcept { return piece_; }
+  [[nodiscard]] const RankPiece& piece() const noexcept { return piece_; }
   // All ranks must call it.
   [[nodiscard]] State<T> taken(const State<T>& range) {
     State<T> mine = memory_.view();
@@ -76,7 +76,7 @@ class SteppedPiece {
   }
 
  private:
-  FilePiece piece_;
+  RankPiece piece_;
   RangeExchange exchange_;
   Soa<T> memory_;
 };

@@ -191,7 +191,7 @@ Loose loose_where_joined(const Topology& topology, std::size_t particles) {
   return topology == no_topology ? Loose() : loose_particles(topology, particles);
 }
 
-Array ghosts_array(const FilePiece& piece) {
+Array ghosts_array(const RankPiece& piece) {
   const std::size_t all = piece.particles.size();
   return {.all = all, .here = all, .feed = [&piece, all](const Put& put) {
             put(std::string(piece.own, '\0'));

@@ -19,7 +19,7 @@
 
 namespace dvdx::tool {
 
-struct FilePiece;
+struct RankPiece;
 struct SceneFile;
 class PartFile;
 
@@ -72,7 +72,7 @@ struct Output {
   Ranks* ranks = nullptr;
   std::size_t first = 0;               // if counts are fixed
   std::vector<std::uint32_t> owner{};  // rank whose piece has each particle; none: the rank that writes it
-  const FilePiece* piece = nullptr;    // the piece of all particles that the states are, if they are not whole
+  const RankPiece* piece = nullptr;    // the piece of all particles that the states are, if they are not whole
 };
 
 // Throws Fault (usage) if no writer knows the extension.

@@ -187,7 +187,8 @@ class LiveSimulation {
       if (meetings.is_due(done_)) meetings.look(plan_.meetings(), shown_.state);
       contacts.write();
       if (!progress) continue;
-      if (const auto seconds = dear_.take(took, steps, loaded_.steps - done_)) tell_dear(*seconds, loaded_.file, outcome_);
+      if (const auto seconds = dear_.take(took, steps, loaded_.steps - done_))
+        warn_of_long_run(*seconds, loaded_.file, outcome_);
       progress->at(done_);
     }
   }

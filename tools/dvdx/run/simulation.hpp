@@ -376,7 +376,8 @@ class Simulation {
       if (watch.meetings.is_due(done_)) look_at_meetings(watch);
       contacts.write();
       if (!progress) continue;
-      if (const auto seconds = dear_.take(took, steps, loaded_.steps - done_)) tell_dear(*seconds, loaded_.file, outcome_);
+      if (const auto seconds = dear_.take(took, steps, loaded_.steps - done_))
+        warn_of_long_run(*seconds, loaded_.file, outcome_);
       progress->at(done_);
     }
   }

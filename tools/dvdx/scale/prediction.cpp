@@ -47,7 +47,7 @@ Extent on_each(const Extent& extent, std::uint64_t ranks) {
   return all;
 }
 
-std::optional<double> least_time(const Extent& extent, std::uint64_t ranks, const Telling& telling, const Machine& machine) {
+std::optional<double> least_time(const Extent& extent, std::uint64_t ranks, const Exchange& telling, const Machine& machine) {
   std::optional<double> least;
   for (const Cut& cut : cuts_of(extent, ranks)) {
     const double time = times_of(cut, telling, machine).all();
@@ -86,7 +86,7 @@ Extent extent_of(const SceneFile& file, const std::string& size) {
 
 namespace {
 
-Telling telling_of_springs(const SceneFile& file, std::size_t scalar_bytes) {
+Exchange telling_of_springs(const SceneFile& file, std::size_t scalar_bytes) {
   if (file.scene.networks.empty()) return {};
   if (file.scene.coupling.scheme == Scheme::sequential) {
     return {.times = tellings_of_sweeps(file.scene, file.particles.count), .numbers = 3, .bytes = scalar_bytes};
@@ -104,8 +104,8 @@ Telling telling_of_springs(const SceneFile& file, std::size_t scalar_bytes) {
 
 }  // namespace
 
-Telling telling_of(const SceneFile& file, std::size_t scalar_bytes) {
-  Telling telling = telling_of_springs(file, scalar_bytes);
+Exchange telling_of(const SceneFile& file, std::size_t scalar_bytes) {
+  Exchange telling = telling_of_springs(file, scalar_bytes);
   telling.bytes = scalar_bytes;
   if (file.scene.meet) telling.numbers_to_all = 10;  // two positions, a velocity and a mass
   return telling;
@@ -152,10 +152,10 @@ namespace {
 
 // Bytes of a sub-step. If several pulses are sent together, both positions and velocities are sent, of as many particles as the
 // pulses would send one by one.
-std::uint64_t bytes_of(std::uint64_t halo, const Cut& cut, const Telling& telling) {
+std::uint64_t bytes_of(std::uint64_t halo, const Cut& cut, const Exchange& telling) {
   return halo * telling.times * telling.numbers * telling.bytes * (cut.pulses > 1 ? 2 : 1);
 }
-double messages_of(std::uint64_t neighbours, const Cut& cut, const Telling& telling) {
+double messages_of(std::uint64_t neighbours, const Cut& cut, const Exchange& telling) {
   const auto each = static_cast<double>(neighbours * telling.times);
   return cut.pulses > 1 ? 2 * each / static_cast<double>(cut.pulses) : each;
 }
@@ -164,12 +164,12 @@ struct ToldInSubstep {
   std::uint64_t bytes = 0;
   double messages = 0;
 };
-ToldInSubstep told_to_one(const Cut& cut, const Telling& telling) {
+ToldInSubstep told_to_one(const Cut& cut, const Exchange& telling) {
   const std::uint64_t to_all = telling.numbers_to_all * telling.bytes;
   return {.bytes = bytes_of(cut.halo, cut, telling) + (cut.all_particles - cut.fewest) * to_all,
           .messages = messages_of(cut.neighbours, cut, telling) + (to_all != 0 ? static_cast<double>(cut.ranks - 1) : 0)};
 }
-ToldInSubstep told_by_all(const Cut& cut, const Telling& telling) {
+ToldInSubstep told_by_all(const Cut& cut, const Exchange& telling) {
   const std::uint64_t to_all = telling.numbers_to_all * telling.bytes;
   const std::uint64_t others = cut.ranks - 1;
   return {
@@ -179,14 +179,14 @@ ToldInSubstep told_by_all(const Cut& cut, const Telling& telling) {
 
 }  // namespace
 
-Times times_of(const Cut& cut, const Telling& telling, const Machine& machine) {
+Times times_of(const Cut& cut, const Exchange& telling, const Machine& machine) {
   const auto [bytes, messages] = told_to_one(cut, telling);
   const std::uint64_t particles = telling.numbers_to_all != 0 ? cut.all_particles : cut.particles;
   return {.own = static_cast<double>(particles) * machine.particle_seconds.value(),
           .told = machine.latency * messages + static_cast<double>(bytes) / machine.bandwidth};
 }
 
-std::string table_of(const std::vector<Cut>& cuts, const Telling& telling, const Machine& machine, const Cut& one) {
+std::string table_of(const std::vector<Cut>& cuts, const Exchange& telling, const Machine& machine, const Cut& one) {
   std::string text = fmt::format("\nranks        {}\n", cuts.front().ranks);
   const double alone = times_of(one, telling, machine).all();
   for (const Cut& cut : cuts) {
@@ -217,7 +217,7 @@ std::string table_of(const std::vector<Cut>& cuts, const Telling& telling, const
   return text;
 }
 
-std::vector<ScalePoint> curve_of(const Extent& extent, const Telling& telling, const Machine& machine, std::uint64_t most) {
+std::vector<ScalePoint> curve_of(const Extent& extent, const Exchange& telling, const Machine& machine, std::uint64_t most) {
   std::vector<ScalePoint> curve;
   const double alone = least_time(extent, 1, telling, machine).value();
   // A list is not enlarged, so it has only the strong curve.

@@ -61,8 +61,8 @@ class HeatWatch {
   }
   [[nodiscard]] std::optional<std::uint64_t> every() const { return every_; }
   [[nodiscard]] bool looks() const { return every_.has_value(); }
-  [[nodiscard]] const std::optional<HeldTooMuch>& held() const { return held_; }
-  [[nodiscard]] const std::optional<Warmth>& warmth() const { return warmth_; }
+  [[nodiscard]] const std::optional<OverStretch>& held() const { return held_; }
+  [[nodiscard]] const std::optional<HeatCheck>& warmth() const { return warmth_; }
 
   void save(Sink& sink) const {
     if (!warmth_) return;
@@ -72,7 +72,7 @@ class HeatWatch {
     sink.put(warmth_->kinetic);
     sink.put(warmth_->given);
     sink.put(warmth_->step);
-    const HeldTooMuch held = held_.value_or(HeldTooMuch{});
+    const OverStretch held = held_.value_or(OverStretch{});
     sink.put(held_.has_value());
     sink.put(held.joules);
     sink.put(held.given);
@@ -88,7 +88,7 @@ class HeatWatch {
     source.get(warmth_->given);
     source.get(warmth_->step);
     bool is_held = false;
-    HeldTooMuch held;
+    OverStretch held;
     source.get(is_held);
     source.get(held.joules);
     source.get(held.given);
@@ -129,8 +129,8 @@ class HeatWatch {
   FindFrequency find_frequency_;                                          // none if limit_ has it
   std::optional<std::uint64_t> every_;
   std::optional<EnergyBudget> budget_;
-  std::optional<Warmth> warmth_;
-  std::optional<HeldTooMuch> held_;
+  std::optional<HeatCheck> warmth_;
+  std::optional<OverStretch> held_;
   std::optional<std::uint64_t> looked_at_;
 };
 

@@ -17,7 +17,7 @@
 namespace dvdx::tool {
 
 // The counts of a scene whose particles come and go.
-struct Turned {
+struct TurnoverCounts {
   std::size_t live = 0;
   std::uint64_t born = 0;
   std::uint64_t removed = 0;
@@ -26,7 +26,7 @@ struct Turned {
 };
 
 // The first look at which there was more kinetic energy than the start and the forces can have given, otherwise the last look.
-struct Warmth {
+struct HeatCheck {
   bool is_heating = false;
   double kinetic = 0, given = 0;  // J, then
   std::uint64_t step = 0;
@@ -53,7 +53,7 @@ struct Joins {
 };
 
 // The first look at which kinetic and spring energy together exceeded what the start and the forces can have given.
-struct HeldTooMuch {
+struct OverStretch {
   double joules = 0, given = 0;  // J
   std::uint64_t step = 0;
 };
@@ -110,8 +110,8 @@ struct Outcome {
   double energy_end = 0;
   bool diverged = false;
   std::size_t bad_particles = 0;
-  std::optional<Warmth> warmth{};  // none if no bound is known
-  std::optional<HeldTooMuch> held{};
+  std::optional<HeatCheck> warmth{};  // none if no bound is known
+  std::optional<OverStretch> held{};
   std::optional<StartInside> inside{};       // of one process
   std::optional<SpringRounding> rounding{};  // of one process
   std::optional<Pinch> pinch{};              // of one process
@@ -120,7 +120,7 @@ struct Outcome {
   std::optional<Joins> joins{};              // of one process, if springs or constraints join particles
   std::optional<Met> met{};                  // if particles meet
   std::optional<NetworkLimit> network{};
-  std::optional<Turned> turned{};
+  std::optional<TurnoverCounts> turned{};
   std::optional<Halo> halo{};                 // if springs are split over ranks
   std::vector<ContactSum> contacts{};         // in the scene's order, if they were asked for
   std::optional<std::size_t> torn{};          // springs, if some can tear

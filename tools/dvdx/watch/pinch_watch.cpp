@@ -29,7 +29,7 @@ void PinchWatch::make_groups(std::size_t count) {
   are_free_ = free_ones(file_.scene, count);
   const auto bits = static_cast<unsigned>(std::bit_width(file_.scene.contacts.size() - 1));
   for (unsigned bit = 0; bit < bits; ++bit) {
-    groups_.push_back({WaysOut(group_of(file_.scene, bit, 0), count), WaysOut(group_of(file_.scene, bit, 1), count)});
+    groups_.push_back({PushOutProbe(group_of(file_.scene, bit, 0), count), PushOutProbe(group_of(file_.scene, bit, 1), count)});
   }
 }
 
@@ -39,7 +39,7 @@ void PinchWatch::look(const State<T>& state) {
   if (groups_.empty()) make_groups(state.count);
   const double limit = least_depth(state);
   for (auto& [without, with] : groups_) {
-    for (std::size_t first = 0; first < state.count; first += WaysOut::at_once) {
+    for (std::size_t first = 0; first < state.count; first += PushOutProbe::at_once) {
       const auto a = without.of(state, first);
       const auto b = with.of(state, first);
       for (std::size_t i = 0; i < a.size(); ++i) {

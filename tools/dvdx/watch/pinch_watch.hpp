@@ -31,7 +31,7 @@ class PinchWatch {
 
   const SceneFile& file_;
   bool looks_;
-  std::vector<std::array<WaysOut, 2>> groups_;  // of each bit: contacts without it, and with it
+  std::vector<std::array<PushOutProbe, 2>> groups_;  // of each bit: contacts without it, and with it
   std::vector<bool> are_free_;
   std::optional<Pinch> found_;
 };

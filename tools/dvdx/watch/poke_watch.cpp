@@ -81,9 +81,9 @@ void PokeWatch::begin(std::size_t count) {
   ways_.emplace(bare_surfaces(file_.scene, bodies_), sides_.size());
 }
 
-PokeWatch::Deepest PokeWatch::deepest(WaysOut& ways) const {
+PokeWatch::Deepest PokeWatch::deepest(PushOutProbe& ways) const {
   Deepest deepest;
-  for (std::size_t first = 0; first < state_.count; first += WaysOut::at_once) {
+  for (std::size_t first = 0; first < state_.count; first += PushOutProbe::at_once) {
     const auto out = ways.of(state_, first);
     for (std::size_t i = 0; i < out.size(); ++i) {
       if (const double depth = way_length(out[i]); depth > deepest.depth) deepest = {first + i, depth};

@@ -32,7 +32,7 @@ class PokeWatch {
   };
 
   void begin(std::size_t count);
-  [[nodiscard]] Deepest deepest(WaysOut& ways) const;
+  [[nodiscard]] Deepest deepest(PushOutProbe& ways) const;
   // Returns the body in which the middle is deepest.
   [[nodiscard]] std::size_t body_around(std::size_t middle);
 
@@ -41,8 +41,8 @@ class PokeWatch {
   std::vector<Pair> sides_;
   std::optional<Soa<double>> middles_;
   State<double> state_{};  // of the middles
-  std::optional<WaysOut> ways_;
-  std::vector<WaysOut> each_;  // of one body each
+  std::optional<PushOutProbe> ways_;
+  std::vector<PushOutProbe> each_;  // of one body each
   std::optional<PokeThrough> found_;
 };
 

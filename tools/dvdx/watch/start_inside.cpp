@@ -54,10 +54,10 @@ std::optional<StartInside> start_inside(const SceneFile& file, const State<T>& s
   if (scene.contacts.empty() || (scene.networks.empty() && scene.constraints.empty())) return std::nullopt;
   const Scene surfaces = surfaces_of(scene, state);
   if (surfaces.contacts.empty()) return std::nullopt;
-  WaysOut ways(surfaces, state.count);
+  PushOutProbe ways(surfaces, state.count);
   const std::vector<bool> are_free = free_ones(scene, state.count);
   StartInside inside{.limit = least_depth(state)};
-  for (std::size_t first = 0; first < state.count; first += WaysOut::at_once) {
+  for (std::size_t first = 0; first < state.count; first += PushOutProbe::at_once) {
     const auto out = ways.of(state, first);
     for (std::size_t i = 0; i < out.size(); ++i) {
       const Vec3& way = out[i];

@@ -46,7 +46,7 @@ std::string held_cure(bool is_swept, bool is_asked, const std::string& more) {
 // Springs that hold more energy than there is are softer than the scene says.
 std::optional<Warning> warning_of_held(const LoadedScene& loaded, const Outcome& outcome) {
   if (!outcome.held) return std::nullopt;
-  const HeldTooMuch& held = *outcome.held;
+  const OverStretch& held = *outcome.held;
   const bool is_swept = outcome.network && outcome.network->scheme == Scheme::sequential;
   return Warning{
       .code = "stretch",
@@ -383,7 +383,7 @@ std::string why_diverged(const Outcome& outcome, std::size_t particles) {
 
 std::string ends_text(const Pair& ends) { return fmt::format("{}-{}", ends[0], ends[1]); }
 
-void tell_dear(double seconds, const SceneFile& file, Outcome& outcome) {
+void warn_of_long_run(double seconds, const SceneFile& file, Outcome& outcome) {
   const auto& limit = outcome.network;
   const bool has_substeps = limit && limit->substeps > 1;
   outcome.dear = Warning{.code = "dear",
@@ -414,7 +414,7 @@ std::vector<Warning> warnings_of(const LoadedScene& loaded, const Outcome& outco
                         .cure = diverged_cure(loaded, outcome)});
   }
   if (outcome.warmth && outcome.warmth->is_heating) {
-    const Warmth& warmth = *outcome.warmth;
+    const HeatCheck& warmth = *outcome.warmth;
     warnings.push_back(
         {.code = "heating",
          .text =

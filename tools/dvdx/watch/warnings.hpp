@@ -21,6 +21,6 @@ namespace dvdx::tool {
 [[nodiscard]] std::vector<Warning> warnings_of(const LoadedScene& loaded, const Outcome& outcome);
 void print_warnings(const std::string& scene, const std::vector<Warning>& warnings);
 // Prints a warning at once, during the run, and adds it to the outcome. seconds: the time of the steps that are left.
-void tell_dear(double seconds, const SceneFile& file, Outcome& outcome);
+void warn_of_long_run(double seconds, const SceneFile& file, Outcome& outcome);
 
 }  // namespace dvdx::tool

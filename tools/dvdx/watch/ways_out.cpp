@@ -19,11 +19,11 @@ Plan<double> made(const Scene& surfaces, const State<double>& some) {
 
 }  // namespace
 
-WaysOut::WaysOut(const Scene& surfaces, std::size_t count)
+PushOutProbe::PushOutProbe(const Scene& surfaces, std::size_t count)
     : memory_(std::min(at_once, count)), some_(memory_.view()), plan_(made(surfaces, some_)), ways_(some_.count) {}
 
 template <class T>
-std::span<const Vec3> WaysOut::of(const State<T>& state, std::size_t first) {
+std::span<const Vec3> PushOutProbe::of(const State<T>& state, std::size_t first) {
   const auto particle = [&](std::size_t i) { return std::min(first + i, state.count - 1); };
   for (std::size_t axis = 0; axis < 3; ++axis) {
     for (std::size_t i = 0; i < some_.count; ++i) {
@@ -58,8 +58,8 @@ double least_depth(const State<T>& state) {
   return std::max(1e-4 * extent, 1e-6);
 }
 
-template std::span<const Vec3> WaysOut::of(const State<float>&, std::size_t);
-template std::span<const Vec3> WaysOut::of(const State<double>&, std::size_t);
+template std::span<const Vec3> PushOutProbe::of(const State<float>&, std::size_t);
+template std::span<const Vec3> PushOutProbe::of(const State<double>&, std::size_t);
 template double least_depth(const State<float>&);
 template double least_depth(const State<double>&);
 

@@ -12,13 +12,13 @@
 
 namespace dvdx::tool {
 
-class WaysOut {
+class PushOutProbe {
  public:
   static constexpr std::size_t at_once = 4096;  // particles
 
   // surfaces: contacts, their motions and the origin, and nothing else; no contact has push_out. count: of the states'
   // particles, at least 1.
-  WaysOut(const Scene& surfaces, std::size_t count);
+  PushOutProbe(const Scene& surfaces, std::size_t count);
 
   // Returns the displacement in m of each particle from `first` on, at most at_once of them, to where the surfaces put it at
   // the state's time. Valid until the next call.
@@ -32,8 +32,8 @@ class WaysOut {
   std::vector<Vec3> ways_;
 };
 
-extern template std::span<const Vec3> WaysOut::of(const State<float>&, std::size_t);
-extern template std::span<const Vec3> WaysOut::of(const State<double>&, std::size_t);
+extern template std::span<const Vec3> PushOutProbe::of(const State<float>&, std::size_t);
+extern template std::span<const Vec3> PushOutProbe::of(const State<double>&, std::size_t);
 
 // Returns true for each particle that surfaces can move: neither fixed nor kinematic.
 [[nodiscard]] std::vector<bool> free_ones(const Scene& scene, std::size_t count);

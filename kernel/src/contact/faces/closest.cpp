@@ -113,11 +113,11 @@ Closest closest(const std::array<Vec3, 3>& triangle, std::span<const CoreBall> c
   double size = 0;  // largest square of a corner
   for (int round = 0; round < most_rounds; ++round) {
     const double square = dot(x, x);
-    if (!(square > rounding * rounding * size)) return {.how = Meeting::pierced};
+    if (!(square > rounding * rounding * size)) return {.how = Proximity::pierced};
     const double length = std::sqrt(square);
     Corner next = farthest_along(x, length, triangle, core);
     const double along = dot(x, next.w);
-    if (along > far * length) return {.how = Meeting::far};
+    if (along > far * length) return {.how = Proximity::far};
     size = std::max(size, dot(next.w, next.w));
     if (corral.count != 0 && square - along <= close * square + rounding * size) break;
     const Corral before = corral;
@@ -127,7 +127,7 @@ Closest closest(const std::array<Vec3, 3>& triangle, std::span<const CoreBall> c
       corral = before;
       break;
     }
-    if (corral.count == 4) return {.how = Meeting::pierced};
+    if (corral.count == 4) return {.how = Proximity::pierced};
     const Vec3 nearer = corral.point();
     if (before.count != 0 && !(dot(nearer, nearer) < square)) {  // by rounding
       corral = before;
@@ -135,8 +135,8 @@ Closest closest(const std::array<Vec3, 3>& triangle, std::span<const CoreBall> c
     }
     x = nearer;
   }
-  Closest found{.how = Meeting::apart, .distance = length(x)};
-  if (!(found.distance > 0)) return {.how = Meeting::pierced};
+  Closest found{.how = Proximity::apart, .distance = length(x)};
+  if (!(found.distance > 0)) return {.how = Proximity::pierced};
   found.n = scaled(x, 1 / found.distance);
   for (std::size_t k = 0; k < corral.count; ++k) found.weight[corral.of[k].a] += corral.of[k].part;
   return found;

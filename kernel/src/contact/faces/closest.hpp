@@ -23,10 +23,10 @@ struct CoreBall {
   double radius = 0;  // m, >= 0
 };
 
-enum class Meeting { apart, far, pierced };  // far: beyond the given distance; pierced: the core meets the triangle
+enum class Proximity { apart, far, pierced };  // far: beyond the given distance; pierced: the core meets the triangle
 
 struct Closest {
-  Meeting how = Meeting::far;
+  Proximity how = Proximity::far;
   double distance = 0;             // m; this and the following are set only for `apart`
   Vec3 n{};                        // of unit length, from the core to the triangle
   std::array<double, 3> weight{};  // of each corner in the point on the triangle: >= 0, their sum is 1

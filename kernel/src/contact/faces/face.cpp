@@ -60,7 +60,7 @@ bool find_pulse(const FaceBody& body, const BodyPose& pose, const FaceCorners& c
   if (!is_sound(corners.to)) return false;
   const std::array<Vec3, 3> y{pose.to_body(corners.now[0]), pose.to_body(corners.now[1]), pose.to_body(corners.now[2])};
   const Closest near = closest(y, body.core, body.radius);
-  if (near.how != Meeting::apart) return false;
+  if (near.how != Proximity::apart) return false;
   const double depth = body.radius - near.distance;
   double K = 0;
   for (std::size_t i = 0; i < 3; ++i) K += near.weight[i] * near.weight[i] * corners.w[i];
