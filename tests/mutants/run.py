@@ -6,8 +6,9 @@
 
 All faults are compiled into one copy of the tree (build/mutants/source): a place becomes
 `(dvdx_mutant(number) ? (fault) : (original))`, and the environment variable DVDX_MUTANT says which fault is active. With none
-active every test must pass, the golden hashes among them. Verdicts are kept in build/mutants/results.json, for as long as
-neither the tree nor the fault changes; which test caught a fault last is kept longer, and that test is tried first.
+active every test case must pass by itself, the golden hashes among them, and records the places that it reaches: no other case can
+catch a fault there. Verdicts are kept in build/mutants/results.json, for as long as neither the tree nor the fault changes; the case
+that caught a fault last is kept longer, and is tried first.
 """
 
 import concurrent.futures
@@ -23,6 +24,7 @@ import sys
 import zlib
 from dataclasses import dataclass, field
 from pathlib import Path
+from xml.etree import ElementTree
 
 ROOT = Path(__file__).resolve().parents[2]
 LIST = ROOT / "tests/mutants/list"
@@ -30,16 +32,38 @@ WORK = ROOT / "build/mutants"
 SOURCE = WORK / "source"
 BUILD = WORK / "build"
 RESULTS = WORK / "results.json"
+CASES = WORK / "cases.json"
+RECORDS = WORK / "records"
 
 HEADER = """#pragma once
 #include <cstdlib>
+#include <fcntl.h>
+#include <sys/mman.h>
+#include <unistd.h>
 
 inline const long dvdx_active_mutant = [] {
   const char* number = std::getenv("DVDX_MUTANT");
   return number ? std::atol(number) : 0L;
 }();
 
-constexpr bool dvdx_mutant(long number) noexcept { return !__builtin_is_constant_evaluated() && dvdx_active_mutant == number; }
+// Shared by a test and the processes that it starts, and complete whatever becomes of them.
+inline unsigned char* const dvdx_reached = [] {
+  const char* path = std::getenv("DVDX_REACHED");
+  const int file = path ? ::open(path, O_RDWR | O_CLOEXEC) : -1;
+  void* bytes = file < 0 ? MAP_FAILED : ::mmap(nullptr, 1 << 16, PROT_READ | PROT_WRITE, MAP_SHARED, file, 0);
+  if (file >= 0) ::close(file);
+  return bytes == MAP_FAILED ? nullptr : static_cast<unsigned char*>(bytes);
+}();
+
+[[gnu::noinline]] inline bool dvdx_reach(long number) noexcept {
+  if (dvdx_reached) dvdx_reached[number & 0xFFFF] = 1;
+  return false;
+}
+
+constexpr bool dvdx_mutant(long number) noexcept {
+  return !__builtin_is_constant_evaluated() &&
+         (dvdx_active_mutant == number || (dvdx_active_mutant < 0 && dvdx_reach(number)));
+}
 """
 
 
@@ -57,25 +81,26 @@ class Place:
 class Mutant:
     id: str
     kind: str
-    tests: list  # test files, nearest first
     equivalent: str = ""  # why no test can fail
     places: list = field(default_factory=list)
 
     def number(self):
         return 1 + zlib.crc32(self.id.encode()) % 0x7FFFFFFE
 
+    def mark(self):
+        """Its byte in the record of places that a test reaches. Two faults may share one: then more tests are tried than need be."""
+        return self.number() & 0xFFFF
+
     def hash(self):
         return hashlib.sha256(repr((self.id, self.places)).encode()).hexdigest()[:16]
 
 
 def read_list():
-    mutants, tests = [], []
+    mutants = []
     for number, line in enumerate(LIST.read_text(encoding="utf-8").splitlines(), 1):
         if not line.strip() or line.startswith("#"):
             continue
-        if line.startswith("tests:"):
-            tests = line.split()[1:]
-        elif line.strip().startswith("equivalent:"):
+        if line.strip().startswith("equivalent:"):
             mutants[-1].equivalent = line.partition(":")[2].strip()
         elif line.startswith("    "):
             place = mutants[-1].places[-1]
@@ -83,7 +108,7 @@ def read_list():
         elif line.startswith("  "):
             mutants[-1].places.append(Place(line.strip(), ""))
         elif re.fullmatch(r"[\w.]+ \| \w+", line):
-            mutants.append(Mutant(*line.split(" | "), tests))
+            mutants.append(Mutant(*line.split(" | ")))
         else:
             raise Stale(f"line {number} is none of the list's forms: {line}")
     ids = [mutant.id for mutant in mutants]
@@ -213,11 +238,11 @@ def limit(seconds):
         resource.setrlimit(what, (most, most))
 
 
-def run_program(arguments, number, seconds):
-    """The exit status of a test program with one fault active (0: none), None at the time limit, and what it said. The
-    limit is of processor time, which does not depend on what else the machine does, and for a deadlock four times as much
-    of time."""
-    environment = {**os.environ, "DVDX_MUTANT": str(number)}
+def run_program(arguments, number, seconds, record=""):
+    """The exit status of a test program with one fault active (0: none; -1: none, and a record of those that are reached), None
+    at the time limit, and what it said. The limit is of processor time, which does not depend on what else the machine does, and
+    for a deadlock four times as much of time."""
+    environment = {**os.environ, "DVDX_MUTANT": str(number), "DVDX_REACHED": str(record)}
     process = subprocess.Popen(arguments, cwd=BUILD, env=environment, stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
                                preexec_fn=lambda: limit(seconds), start_new_session=True)
     try:
@@ -236,8 +261,6 @@ def failure(arguments, number, seconds):
     if status is None:
         return f"time limit of {seconds:.0f} s"
     error = re.search(r"^\S+:\d+: (?:FATAL )?ERROR: ", output, re.MULTILINE)
-    if status == 2 and re.match(r"no test case matches|the selection selects no test case", output):
-        return ""  # all of them are slow, or the case that is tried first is gone
     if not error:
         return f"{Path(arguments[0]).name}: exit status {status}"
     # Cases that stand before the failing one have said something.
@@ -245,54 +268,57 @@ def failure(arguments, number, seconds):
     return ": ".join(cases[-1]).strip() if cases else "?"
 
 
-TESTS = [str(BUILD / "tests/dvdx_tests"), "--no-intro", "--no-version"]
+TESTS = [str(BUILD / "tests/dvdx_tests"), "--no-intro", "--no-version", "--abort-after=1"]
 ALLOCATIONS = [str(BUILD / "tests/dvdx_no_allocation")]
-SLOW = 1.0  # seconds of a test case without a fault
+
+
+def arguments_of(cases):
+    return [*TESTS, "--test-case=" + ",".join(case["name"].replace(",", "?") for case in cases)]  # a comma ends a filter
 
 
 def unmutated():
-    """Runs everything without a fault, which must pass: how long that takes, and which test cases are slow."""
-    tools = "*/tests/tools/*,*/tests/fuzz/*"
-    halves = [TESTS + ["--duration=true", f"--source-file={tools}"], TESTS + ["--duration=true", f"--source-file-exclude={tools}"]]
-    with concurrent.futures.ThreadPoolExecutor() as pool:
-        ended = list(pool.map(lambda arguments: run_program(arguments, 0, 3600), [*halves, ALLOCATIONS]))
-    for status, output in ended:
+    """Runs each test case alone and without a fault, which must pass: how long it takes, and the marks (Mutant.mark) of all places
+    that it reaches. No other case can catch a fault there. The counted allocations are a program of their own, with no name."""
+    RECORDS.mkdir(exist_ok=True)
+    xml = subprocess.run([*TESTS, "--list-test-cases", "--reporters=xml"], check=True, stdout=subprocess.PIPE).stdout
+    listed = [(Path(case.get("filename")).stem, case.get("name")) for case in ElementTree.fromstring(xml).iter("TestCase")]
+
+    def run(file, name):
+        record = RECORDS / hashlib.sha256(f"{file}: {name}".encode()).hexdigest()[:16]
+        record.write_bytes(bytes(1 << 16))
+        program = arguments_of([{"name": name}]) if name else ALLOCATIONS
+        status, output = run_program(["bash", "-c", 'time "$@"', "time", *program], -1, 3600, record)
         if status != 0:
             sys.exit(f"{output[-4000:]}\nwithout a fault a test fails: exit status {status}")
-    output = "\n".join(output for status, output in ended)
-    cases = [(name, float(seconds)) for seconds, name in re.findall(r"^([0-9.]+) s: (.*)$", output, re.MULTILINE)]
-    slow = [name for name, seconds in cases if seconds > SLOW]
-    return {"slow": slow, "seconds": sum(seconds for name, seconds in cases),
-            "fast_seconds": sum(seconds for name, seconds in cases if name not in slow)}
+        minutes, seconds = re.findall(r"^user\s+(\d+)m([0-9.]+)s$", output, re.MULTILINE)[-1]
+        marks = [mark for mark, is_reached in enumerate(record.read_bytes()) if is_reached]
+        return {"file": file, "name": name, "seconds": 60 * int(minutes) + float(seconds), "marks": marks}
+
+    with concurrent.futures.ThreadPoolExecutor(os.cpu_count()) as pool:
+        return list(pool.map(lambda case: run(*case), [*listed, ("", "")]))
 
 
-def filter_of(names):
-    return ",".join(name.replace(",", "?") for name in names)  # a comma ends a filter, ? is any character
+def programs(cases, last):
+    """Test programs with the cases that reach a fault, and the seconds that each may take: first the case that caught it in an
+    earlier run, then all from the shortest to the longest, a few at a time; then the golden hashes, which know that bits have
+    changed and not what is right; then the counted allocations."""
+    is_last = lambda case: last == f"{case['file']}: {case['name']}"
+    order = lambda case: (not is_last(case), case["file"] == "golden_test", case["seconds"])
+    together, seconds, enough = [], 0.0, 0.0
+    for case in sorted((case for case in cases if case["name"]), key=order):
+        together.append(case)
+        seconds += case["seconds"]
+        if seconds >= enough:
+            yield arguments_of(together), 60 + 6 * seconds
+            together, seconds, enough = [], 0.0, 4 * enough or 1.0
+    if together:
+        yield arguments_of(together), 60 + 6 * seconds
+    yield from ((ALLOCATIONS, 60 + 6 * case["seconds"]) for case in cases if not case["name"])
 
 
-def programs(tests, baseline, last):
-    """Test programs and the seconds that each may take. First the case that caught the fault in an earlier run, then the test
-    files nearest to the fault, the slow cases of these after the others, then all without the slow cases; then the golden hashes,
-    which know that bits have changed and not what is right; then the counted allocations, and last all slow cases, which take
-    minutes."""
-    program = TESTS + ["--abort-after=1"]
-    others = ["--source-file-exclude=*/golden_test.cpp"]
-    slow = filter_of(baseline["slow"])
-    short, long = 60 + 6 * baseline["fast_seconds"], 60 + 6 * baseline["seconds"]
-    file, colon, case = last.partition(": ")
-    if colon and file.endswith("_test"):
-        yield program + [f"--source-file=*/{file}.cpp", f"--test-case={filter_of([case])}"], long
-    near = "--source-file=" + ",".join(f"*/{name}.cpp" for name in tests)
-    yield program + [f"--test-case-exclude={slow}", near], short
-    yield program + [f"--test-case={slow}", near, *others], long
-    yield program + [f"--test-case-exclude={slow}", *others], short
-    yield program + ["--source-file=*/golden_test.cpp"], short
-    yield ALLOCATIONS, short
-    yield program + [f"--test-case={slow}", *others], long
-
-
-def verdict(mutant, baseline, last=""):
-    for arguments, seconds in programs(mutant.tests, baseline, last):
+def verdict(mutant, cases, last=""):
+    reaching = [case for case in cases if mutant.mark() in case["marks"]]
+    for arguments, seconds in programs(reaching, last):
         found = failure(arguments, mutant.number(), seconds)
         if found:
             return found
@@ -313,6 +339,15 @@ def read_results(tree):
         return results
     last = results.get("last", {}) | {v["id"]: v["test"] for v in results.get("verdicts", {}).values() if v["test"]}
     return {"tree": tree, "verdicts": {}, "last": last}
+
+
+def read_cases(programs):
+    """All test cases as `unmutated` finds them, kept for as long as the same faults stand in the same tree."""
+    kept = json.loads(CASES.read_text()) if CASES.is_file() else {}
+    if kept.get("programs") != programs:
+        kept = {"programs": programs, "cases": unmutated()}
+        write(CASES, json.dumps(kept).encode())
+    return kept["cases"]
 
 
 def show(mutants, results):
@@ -339,9 +374,6 @@ def show(mutants, results):
 def main(arguments):
     mutants, files = read_list(), tracked_files()
     texts, stale = with_faults(mutants, files)
-    test_files = {Path(path).stem for path in files if path.startswith("tests/")}
-    for name in sorted({name for mutant in mutants for name in mutant.tests} - test_files):
-        stale.append(f"there is no test file {name}.cpp")
     if stale:
         raise Stale("\n  ".join(stale))
     print(f"{len(mutants)} faults at {sum(len(mutant.places) for mutant in mutants)} places, each found once")
@@ -354,15 +386,14 @@ def main(arguments):
     copy_tree(texts, files)
     build()
     require_active(mutants)
-    results = read_results(tree_hash(files))
-    if "unmutated" not in results:
-        results["unmutated"] = unmutated()
-    baseline = results["unmutated"]
+    tree = tree_hash(files)
+    results = read_results(tree)
+    cases = read_cases(f"{tree} {hashlib.sha256(repr(sorted(mutant.hash() for mutant in mutants)).encode()).hexdigest()}")
     is_wanted = lambda mutant: mutant.id in arguments if arguments else mutant.hash() not in results["verdicts"]
     todo = [mutant for mutant in mutants if is_wanted(mutant)]
-    print(f"no fault active: every test passes, {baseline['seconds']:.0f} s; {len(todo)} faults to run", flush=True)
+    print(f"no fault active: every test passes, {sum(case['seconds'] for case in cases):.0f} s; {len(todo)} faults to run", flush=True)
     with concurrent.futures.ThreadPoolExecutor(os.cpu_count()) as pool:
-        runs = {pool.submit(verdict, mutant, baseline, results["last"].get(mutant.id, "")): mutant for mutant in todo}
+        runs = {pool.submit(verdict, mutant, cases, results["last"].get(mutant.id, "")): mutant for mutant in todo}
         for run in concurrent.futures.as_completed(runs):
             mutant = runs[run]
             results["verdicts"][mutant.hash()] = {"id": mutant.id, "test": run.result()}

@@ -165,6 +165,22 @@ TEST_CASE("meshes: an impact is where what lies between the nodes is 0, to a mil
   for (const Hit& hit : touched_by(ball, throws)) CHECK(std::abs(between(grid, hit.x)) < 1e-6 * grid.cell);
 }
 
+TEST_CASE("meshes: a particle that leaves a body from inside meets a wall beyond it in the same step") {
+  TriangleMesh box = box_of_triangles({}, {0.5, 0.5, 0.5});
+  box.cell = 0.1;
+  for (const Isa isa : {Isa::reference, best_isa()}) {
+    Joined joined;
+    joined.step = 0.1;
+    joined.x = {{0.45, 0, 0}};
+    joined.v = {{10, 0, 0}};
+    joined.scene.add(box);
+    joined.scene.add(Plane{.normal = {-1, 0, 0}, .offset = -1, .restitution = 1});
+    const auto after = stepped<double>(joined, {.isa = isa}, 1);
+    CHECK(test::is_close(after[0], 0.55, 1e-12));
+    CHECK(test::is_close(after[3], -10, 1e-12));
+  }
+}
+
 TEST_CASE("meshes: what starts inside is put where what lies between the nodes is 0, to a millionth of a cell") {
   TriangleMesh ball = ball_of_triangles({}, 0.5, 3);
   ball.cell = 0.1;
