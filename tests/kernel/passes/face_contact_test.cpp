@@ -251,6 +251,8 @@ TEST_CASE(
   CHECK(pulse.is_impact);
   CHECK(pulse.dv[1] == doctest::Approx(3));  // from -2 to e 2
   CHECK(pulse.dv[0] == doctest::Approx(0.9 - 1 - 0.2 * 3));
+  REQUIRE(found(coming(0.1 - 0.018, 0.018, {0, -2, 0}), 0.01));  // from -1.6 m/s at the surface, evenly
+  CHECK(pulse.dv[1] == doctest::Approx(2 + 0.5 * 1.6));
   REQUIRE(found(coming(0.1 - 0.0004905, 0.0004905, {0, -0.0981, 0}), 0.01));  // fallen from rest
   CHECK_FALSE(pulse.is_impact);
   CHECK(pulse.dv[1] == doctest::Approx(0.0981));
@@ -265,6 +267,28 @@ TEST_CASE(
   broken.now[1][2] = std::numeric_limits<double>::quiet_NaN();
   CHECK_FALSE(may_meet(body, {}, broken.now));
   CHECK_FALSE(found(coming(0.101, 0.02, {0, -2, 0}), 0.01));  // not there yet
+}
+
+TEST_CASE("faces: a pulse on cloth and a body that move at one velocity is that on cloth before a body at rest") {
+  constexpr Vec3 V{3, -4, 5};
+  constexpr double h = 0.01;
+  FaceBody body = round_body(0.1);
+  body.e = 0.5;
+  body.mu = 0.2;
+  FaceCorners corners = coming(0.08, 0.02, {1, -2, 0});
+  FacePulse at_rest, moving;
+  REQUIRE(find_pulse(body, {}, corners, {1, 1, h}, at_rest));
+  for (std::size_t i = 0; i < 3; ++i) {
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      corners.v[i][axis] += V[axis];
+      corners.was[i][axis] -= h * V[axis];
+    }
+  }
+  REQUIRE(find_pulse(body, {.velocity = V}, corners, {1, 1, h}, moving));
+  CHECK(moving.is_impact == at_rest.is_impact);
+  CHECK(size_of(minus(moving.dv, at_rest.dv)) < 1e-12);
+  CHECK(size_of(minus(moving.move, at_rest.move)) < 1e-12);
+  CHECK(size_of(minus(moving.move_on, at_rest.move_on)) < 1e-12);
 }
 
 TEST_CASE("faces: a body that pushes out moves what was inside no faster, and keeps out what comes in") {
