@@ -101,6 +101,18 @@ TEST_CASE("a PNG reads back to its pixels") {
   CHECK(chunks[2].name == "IEND");
 }
 
+// Grey by the distance from a point: each pixel is near one of its three neighbours before it, by turns near each of them.
+TEST_CASE("a PNG of rings reads back to its pixels, whichever neighbour foretells them") {
+  Picture rings{.width = 37, .height = 23};
+  for (std::size_t y = 0; y < rings.height; ++y) {
+    for (std::size_t x = 0; x < rings.width; ++x) {
+      const double distance = std::hypot(static_cast<double>(x) - 12, static_cast<double>(y) - 30);
+      rings.rgb.insert(rings.rgb.end(), 3, static_cast<std::uint8_t>(6 * distance));
+    }
+  }
+  CHECK(pixels_of(chunks_of(png(rings)).at(1).data, rings.width, rings.height) == rings.rgb);
+}
+
 TEST_CASE("fewer colours are near those that they stand for") {
   const Picture picture = some_picture(2);
   const Picture fewer = with_fewer_colours(picture);
