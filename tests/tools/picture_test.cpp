@@ -275,6 +275,10 @@ TEST_CASE("bodies are drawn where they are, with the area that they have") {
   CHECK(is_close(area_of(surface_of(capsule)), 3 * std::numbers::pi, 0.01));
   const dvdx::Capsule tapered{.ends = {{{0, 0, 0}, {0, 2, 0}}}, .radius = {1, 0.4}};
   check_turned_outwards(surface_of(tapered));
+  // The cone touches both balls where the axis is at the angle of cosine (1 - 0.4) / 2 = 0.3 to their radii.
+  const double caps = 2 * 1 * 1 * (1 + 0.3) + 2 * 0.4 * 0.4 * (1 - 0.3);
+  const double cone = (1 + 0.4) * 2 * (1 - 0.3 * 0.3);
+  CHECK(is_close(area_of(surface_of(tapered)), std::numbers::pi * (caps + cone), 0.01));
   const dvdx::Capsule swallowed{.ends = {{{0, 0, 0}, {0, 0.3, 0}}}, .radius = {1, 0.4}};
   CHECK(is_close(area_of(surface_of(swallowed)), 4 * std::numbers::pi, 0.01));
 }
