@@ -283,6 +283,13 @@ TEST_CASE("bodies are drawn where they are, with the area that they have") {
   CHECK(is_close(area_of(surface_of(swallowed)), 4 * std::numbers::pi, 0.01));
 }
 
+TEST_CASE("a body turns from one key to the next the short way round") {
+  // From 2.5 to -2.5 rad: by 2 pi - 5, through pi.
+  const dvdx::Motion motion{.keys = {{.time = 0, .rotation = {0, 2.5, 0}}, {.time = 1, .rotation = {0, -2.5, 0}}}};
+  const Vec3 half_way = rotated({1, 0, 0}, pose_at(motion, 0.5).rotation);
+  CHECK(length(difference(half_way, {-1, 0, 0})) < 1e-12);
+}
+
 // The library carries a particle by the same motion, for comparison.
 TEST_CASE("a motion has a body where it has particles that follow it") {
   const dvdx::Motion motion{
