@@ -117,6 +117,31 @@ TEST_CASE_TEMPLATE("live motions: a body that is carried along passes no particl
   CHECK(sparks.live.state.v[0][0] == doctest::Approx(1 / h));
 }
 
+// A ball that a program has put at (1, 0, 0), and one that its keys have at (2, 0, 0). A particle falls on each.
+TEST_CASE("live motions: a teleport carries the bodies on motions along, so that particles meet them at the new place") {
+  Scene scene;
+  scene.add(Motion{});
+  scene.add(Motion{.keys = {{.time = 0, .translation = {2, 0, 0}}}});
+  for (const std::size_t motion : {std::size_t{0}, std::size_t{1}}) scene.add(Sphere{.radius = 0.1, .motion = motion});
+  LifecyclePlan<double> plan = live_plan<double>(scene, {.capacity = count});
+  Sparks<double> sparks;
+  State<double>& state = sparks.live.state;
+  state.count = 2;
+  for (std::size_t i = 0; i < 2; ++i) {
+    for (std::size_t axis = 0; axis < 3; ++axis) state.x[axis][i] = state.v[axis][i] = 0;
+    state.x[0][i] = i == 0 ? 1 : 2;
+    state.x[1][i] = 0.5;
+    state.v[1][i] = -1;
+    sparks.live.age[i] = 0;
+    sparks.live.lifetime[i] = 100;
+  }
+  REQUIRE(plan.set_pose(0, {.translation = {1, 0, 0}}, Arrival::jump).has_value());
+  REQUIRE(plan.step(sparks.live) == StepResult::done);
+  REQUIRE(plan.teleport(sparks.live, {.translation = {3, 0, 5}}).has_value());
+  REQUIRE(plan.step(sparks.live, 64) == StepResult::done);  // 1 s
+  for (std::size_t i = 0; i < 2; ++i) CHECK(state.x[1][i] == doctest::Approx(0.1));
+}
+
 TEST_CASE("live motions: an emitter on a motion makes its births on the way, aimed as it is turned") {
   constexpr double rate = 8 / h;
   Scene scene;

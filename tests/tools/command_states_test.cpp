@@ -110,6 +110,11 @@ TEST_CASE("where a sheet tears, the files of later states have fewer faces") {
   CHECK(run(folder, "run tear.json --out sheet.ply --every 50").exit == 0);
   CHECK(folder.read("sheet-000000.ply").find("element face 25\n") != std::string::npos);
   CHECK(folder.read("sheet-000002.ply").find("element face 20\n") != std::string::npos);
+  CHECK(run(folder, "run tear.json --out sheet.obj").exit == 0);  // the last state
+  const std::string obj = folder.read("sheet.obj");
+  std::size_t faces = 0;
+  for (std::size_t at = 0; (at = obj.find("\nf ", at)) != std::string::npos; ++at) ++faces;
+  CHECK(faces == 20);
 
   // Springs are torn in the first state in which they are too long: 0.204 m, from the first row to the second.
   CHECK(run(folder, "run tear.json --out each.vtp --every 1").exit == 0);

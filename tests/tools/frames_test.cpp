@@ -48,6 +48,12 @@ TEST_CASE("states a second stand at the nearest steps, at most one a step") {
   CHECK(frames.next(33'333, 1'000'000'000) == 66'667);
 }
 
+// 1/60 s to ten digits: a run that goes on with `--every 2` finds the states of one that began with `--fps 30`.
+TEST_CASE("a step that is rounded to ten digits leaves states a whole number of steps apart, one of four does not") {
+  CHECK(frames_a_second(30, 0.01666666667).apart == 2);
+  CHECK(frames_a_second(30, 0.01667).apart == doctest::Approx(1 / 0.5001).epsilon(1e-12));
+}
+
 TEST_CASE("as many states are foretold as are written") {
   for (const double apart : {0.0, 1.0, 1.25, 1.5, 2.0, 2.6666, 3.3333333333, 7.0, 9.5, 10.0}) {
     for (std::uint64_t steps = 0; steps < 41; ++steps) {

@@ -101,6 +101,18 @@ TEST_CASE("a PNG reads back to its pixels") {
   CHECK(chunks[2].name == "IEND");
 }
 
+// Grey by the distance from a point: each pixel is near one of its three neighbours before it, by turns near each of them.
+TEST_CASE("a PNG of rings reads back to its pixels, whichever neighbour foretells them") {
+  Picture rings{.width = 37, .height = 23};
+  for (std::size_t y = 0; y < rings.height; ++y) {
+    for (std::size_t x = 0; x < rings.width; ++x) {
+      const double distance = std::hypot(static_cast<double>(x) - 12, static_cast<double>(y) - 30);
+      rings.rgb.insert(rings.rgb.end(), 3, static_cast<std::uint8_t>(6 * distance));
+    }
+  }
+  CHECK(pixels_of(chunks_of(png(rings)).at(1).data, rings.width, rings.height) == rings.rgb);
+}
+
 TEST_CASE("fewer colours are near those that they stand for") {
   const Picture picture = some_picture(2);
   const Picture fewer = with_fewer_colours(picture);
@@ -263,8 +275,19 @@ TEST_CASE("bodies are drawn where they are, with the area that they have") {
   CHECK(is_close(area_of(surface_of(capsule)), 3 * std::numbers::pi, 0.01));
   const dvdx::Capsule tapered{.ends = {{{0, 0, 0}, {0, 2, 0}}}, .radius = {1, 0.4}};
   check_turned_outwards(surface_of(tapered));
+  // The cone touches both balls where the axis is at the angle of cosine (1 - 0.4) / 2 = 0.3 to their radii.
+  const double caps = 2 * 1 * 1 * (1 + 0.3) + 2 * 0.4 * 0.4 * (1 - 0.3);
+  const double cone = (1 + 0.4) * 2 * (1 - 0.3 * 0.3);
+  CHECK(is_close(area_of(surface_of(tapered)), std::numbers::pi * (caps + cone), 0.01));
   const dvdx::Capsule swallowed{.ends = {{{0, 0, 0}, {0, 0.3, 0}}}, .radius = {1, 0.4}};
   CHECK(is_close(area_of(surface_of(swallowed)), 4 * std::numbers::pi, 0.01));
+}
+
+TEST_CASE("a body turns from one key to the next the short way round") {
+  // From 2.5 to -2.5 rad: by 2 pi - 5, through pi.
+  const dvdx::Motion motion{.keys = {{.time = 0, .rotation = {0, 2.5, 0}}, {.time = 1, .rotation = {0, -2.5, 0}}}};
+  const Vec3 half_way = rotated({1, 0, 0}, pose_at(motion, 0.5).rotation);
+  CHECK(length(difference(half_way, {-1, 0, 0})) < 1e-12);
 }
 
 // The library carries a particle by the same motion, for comparison.

@@ -136,6 +136,15 @@ TEST_CASE("theory: what constraints hold is at most of second order; limits have
   CHECK(theory_of(file, Method::combined).note == "no theory: limits");
 }
 
+TEST_CASE("theory: two equal springs at rest are of third order, and of second where a constraint holds them") {
+  SceneFile file;
+  file.particles.count = 2;
+  for (int k = 0; k < 2; ++k) file.scene.add(dvdx::Spring{.stiffness = 10.0});
+  CHECK(theory_of(file, dvdx::Method::average_acceleration).order == 3.0);
+  file.scene.add(dvdx::Distance{.pairs = {{0, 1}}, .length = 1.0});
+  CHECK(theory_of(file, dvdx::Method::average_acceleration).order == 2.0);
+}
+
 TEST_CASE("theory: any drag among other forces leaves first order") {
   using dvdx::Method;
   SceneFile file;
