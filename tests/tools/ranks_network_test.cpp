@@ -70,8 +70,8 @@ TEST_CASE("ranks: a sheet that no rank plans whole has the bits, the words and t
   }
 }
 
-// Nothing in the rows of the first rank can move, so by these alone it would take one sub-step. Ranks that take different numbers
-// wait for each other without end, hence a run without steps comes first.
+// Nothing in the rows of the first rank can move, so by these alone it would take one sub-step. Ranks that take different ones
+// may wait for each other without end, hence a run without steps comes first.
 TEST_CASE("ranks: a sheet whose last rows alone can move takes their sub-steps on every rank" * doctest::skip(has_no_mpi)) {
   const ScratchFolder folder("ranks-held-rows");
   auto scene = nlohmann::json::parse(sheet());
