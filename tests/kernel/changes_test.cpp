@@ -326,6 +326,21 @@ TEST_CASE("changes: what a list keeps of its springs' rates is what it finds ane
   }
 }
 
+// The particle that they held falls freely.
+TEST_CASE("changes: torn springs of a list stay torn when all springs take another stiffness") {
+  for (const Scheme scheme : {Scheme::leapfrog, Scheme::fourth_order, Scheme::sequential}) {
+    Joined joined = test::as_list(test::sheet(2, 2, 40));
+    joined.scene.coupling = {.scheme = scheme, .substeps = 30};
+    Batch<double> batch(Layout::soa, 4);
+    test::place(joined, batch.view());
+    Plan<double> plan = test::plan_of(joined, {}, batch.view());
+    REQUIRE(plan.break_springs(0, std::vector<Pair>{{0, 3}, {1, 3}, {2, 3}}).has_value());
+    REQUIRE(plan.set_stiffness(0, SpringsStiffness{.stiffness = 50.0}).has_value());
+    REQUIRE(plan.step(batch.view(), 60) == StepResult::done);  // 1 s
+    CHECK(test::is_close(batch.view().x[1][3], joined.x[3][1] + joined.v[3][1] - 9.81 / 2, 1e-12));
+  }
+}
+
 // A sheet cut from side to side: the lower part falls freely, by every scheme, on every instruction set.
 TEST_CASE_TEMPLATE("changes: what hangs by torn springs falls", T, float, double) {
   constexpr std::size_t rows = 6, steps = 30;

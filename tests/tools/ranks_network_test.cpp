@@ -70,6 +70,22 @@ TEST_CASE("ranks: a sheet that no rank plans whole has the bits, the words and t
   }
 }
 
+// Nothing in the rows of the first rank can move, so by these alone it would take one sub-step. Ranks that take different ones
+// may wait for each other without end, hence a run without steps comes first.
+TEST_CASE("ranks: a sheet whose last rows alone can move takes their sub-steps on every rank" * doctest::skip(has_no_mpi)) {
+  const ScratchFolder folder("ranks-held-rows");
+  auto scene = nlohmann::json::parse(sheet());
+  scene["network"]["fixed"] = nlohmann::json::array();
+  for (int i = 0; i < 7 * 7; ++i) scene["network"]["fixed"].push_back(i);
+  folder.write("sheet.json", scene.dump());
+  for (const char* duration : {"0", "0.05"}) {
+    const std::string arguments = std::string("run sheet.json --json --threads 1 --duration ") + duration;
+    const auto alone = said(run(folder, arguments));
+    CHECK(alone["substeps"] > 1);
+    REQUIRE(said(run_on(2, folder, arguments)) == alone);
+  }
+}
+
 // The owners search for springs that tear. The number of sub-steps may then fall for all ranks.
 TEST_CASE("ranks: what tears has the bits, the files and the checkpoints of one rank" * doctest::skip(has_no_mpi)) {
   const ScratchFolder folder("ranks-torn");
