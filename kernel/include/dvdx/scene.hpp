@@ -70,7 +70,7 @@ struct Drag {
   bool operator==(const Drag&) const = default;
 };
 
-using Force = std::variant<Constant, Polynomial, Sinusoid, Spring, RadialSpring, Drag>;
+using Force = std::variant<Constant, Polynomial, Sinusoid, Spring, RadialSpring, Drag>;  // to add one: docs/design.md
 
 // A pose of a motion. It carries a point p to center + R (p - center) + translation; R is the rotation of the rotation vector.
 struct Pose {

@@ -1,4 +1,4 @@
-// An anchored spring, damped or not, along one axis.
+// An anchored spring, damped or not, along one axis. The exact step, with its derivation: combined.hpp.
 #pragma once
 
 #include "dvdx/method.hpp"

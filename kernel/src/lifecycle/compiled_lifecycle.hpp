@@ -1,4 +1,4 @@
-// Particles that come and go, compiled: a plan that steps them, the tables of the passes, and memory to work in.
+// Particles that come and go, compiled: a plan that steps them, the passes, and memory to work in. Their step: live_step.cpp.
 #pragma once
 
 #include <algorithm>

@@ -1,4 +1,4 @@
-// Pins, releases, tears, masses, stiffness: refusals, and the edit of the scene.
+// Pins, releases, tears, masses, stiffness: refusals, and the edit of the scene. The compiled scene follows in in_place.cpp.
 #include "plan/changes.hpp"
 
 #include <algorithm>

@@ -1,4 +1,4 @@
-// Tethers: the particle that each one hangs from, and the distance to it along the springs.
+// Tethers: the particle that each one hangs from, and the distance to it along the springs. How they hold: ball.hpp.
 #pragma once
 
 #include <cstdint>

@@ -1,4 +1,4 @@
-// A halo of joined particles, sent and received between the pulses of a step (dvdx/elsewhere.hpp).
+// A halo of joined particles, sent and received between the pulses of a step (dvdx/elsewhere.hpp). By MPI: adapters/mpi.cpp.
 #pragma once
 
 #include <vector>
