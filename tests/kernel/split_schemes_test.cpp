@@ -65,7 +65,6 @@ TEST_CASE("split: parts that sum their pairs' contributions have the bits of the
   }
 }
 
-// The first of three parts has no particle of a skin, but closes its sub-steps all the same.
 TEST_CASE("split: parts have those particles of a skin that they step") {
   for (const Scheme scheme : {Scheme::leapfrog, Scheme::fourth_order}) {
     Scene scene = scene_with({});
@@ -93,6 +92,20 @@ TEST_CASE("split: parts have those particles of a skin that they step") {
     scene.skins.clear();
     CHECK(whole_hash(small, scene, options) != whole);
   }
+}
+
+TEST_CASE("split: a part closes its sub-steps though a skin holds particles of another part only") {
+  Scene scene = scene_with({});
+  scene.coupling.scheme = Scheme::leapfrog;
+  scene.coupling.lines = Lines::none;
+  scene.skins.push_back(Skin{.particles = {71, 77}, .at_most = 0.001});
+  const Part first = part_of(scene, stripes(scene, small.count(), 2), 0).value();
+  REQUIRE(scene_of(scene, first).skins[0].particles.empty());
+  const Options options{.step = 1.0 / 60, .isa = best_isa()};
+  NetworkLimit limit;
+  const auto whole = whole_hash(small, scene, options, &limit);
+  REQUIRE(limit.substeps > 1);  // unless sub-steps are closed, two flows become one
+  CHECK(hash_in_parts(small, scene, options, limit, 2) == whole);
 }
 
 }  // namespace parts::schemes_test

@@ -9,11 +9,14 @@
 
 #include "dvdx/layouts/soa.hpp"
 #include "dvdx/plan.hpp"
+#include "dvdx/ranks.hpp"
 #include "state/start.hpp"
 #include "support/close.hpp"
 #include "tools/run_command.hpp"
 #include "tools/scratch_folder.hpp"
 #include "watch/energy.hpp"
+#include "watch/heat_watch.hpp"
+#include "watch/observer.hpp"
 
 namespace energy_budget_test {
 
@@ -177,6 +180,29 @@ TEST_CASE("energy budget: near its limit a scheme may swing") {
   CHECK(is_close(most_share(limit, 0.2), 13, 1e-12));
   limit.limit = std::numeric_limits<double>::infinity();
   CHECK(is_close(most_share(limit, 0.2), 1.3, 1e-12));
+}
+
+// Whether a pair heats that has twice the kinetic energy it was given: at the bound of its frequency it may have 13 times that,
+// at a low frequency only 1.3 times.
+bool heats_at(double frequency) {
+  const LoadedScene loaded{.file = pair_of({})};
+  Soa<double> memory(2);
+  auto state = memory.view();
+  place_at_start(loaded.file, state);
+  OneRank alone;
+  Checkpoints checkpoints({}, {}, {}, CallsEnd::anywhere, {}, alone);
+  Observer<double> observer(loaded, {.precision = Precision::float64}, {}, {}, checkpoints, alone);
+  const NetworkLimit at_bound{.frequency = 2 / loaded.file.step, .limit = 2};
+  const FindFrequency find = [frequency] { return frequency; };
+  HeatWatch<double> heat(loaded, at_bound, find, observer, state);
+  for (std::size_t i = 0; i < 2; ++i) state.v[2][i] = std::sqrt(2.0);
+  heat.look(state, 1);
+  return heat.warmth()->is_heating;
+}
+
+TEST_CASE("energy budget: the frequency at the start decides whether a run heats, where its bound leaves that open") {
+  CHECK(heats_at(1));
+  CHECK_FALSE(heats_at(1900));
 }
 
 // A sheet at rest that the wind carries along: all its motion comes from the air.
