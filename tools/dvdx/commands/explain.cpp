@@ -119,7 +119,7 @@ void explain_ranks(const ExplainOptions& options, const SceneFile& file, const E
   if (!file.scene.constraints.empty())
     throw Fault(Exit::bad_scene, file.path + ": particles that constraints join cannot be split over ranks");
   const Extent extent = extent_of(file, options.size);
-  const auto telling = telling_of(file, bytes_of(engine.precision));
+  const auto sent = halo_of(file, bytes_of(engine.precision));
   const auto cuts = cuts_of(extent, *options.ranks);
   if (cuts.empty())
     throw Fault(Exit::usage,
@@ -130,8 +130,8 @@ void explain_ranks(const ExplainOptions& options, const SceneFile& file, const E
     machine.particle_seconds =
         is_kept_in_float64(engine.precision) ? measured<double>(file, engine) : measured<float>(file, engine);
   }
-  print_answer(table_of(cuts, telling, machine, cuts_of(extent, 1).front()));
-  const auto curve = curve_of(extent, telling, machine, most_ranks);
+  print_answer(table_of(cuts, sent, machine, cuts_of(extent, 1).front()));
+  const auto curve = curve_of(extent, sent, machine, most_ranks);
   print_answer(table_of(curve));
   print_answer(fmt::format("\nby a latency of {:.3g} s, a bandwidth of {:.3g} bytes/s and {:.3g} s a particle's sub-step{}\n",
                            machine.latency, machine.bandwidth, *machine.particle_seconds,

@@ -47,10 +47,10 @@ Extent on_each(const Extent& extent, std::uint64_t ranks) {
   return all;
 }
 
-std::optional<double> least_time(const Extent& extent, std::uint64_t ranks, const Exchange& telling, const Machine& machine) {
+std::optional<double> least_time(const Extent& extent, std::uint64_t ranks, const HaloMessages& sent, const Machine& machine) {
   std::optional<double> least;
   for (const Cut& cut : cuts_of(extent, ranks)) {
-    const double time = times_of(cut, telling, machine).all();
+    const double time = times_of(cut, sent, machine).all();
     least = std::min(least.value_or(time), time);
   }
   return least;
@@ -86,7 +86,7 @@ Extent extent_of(const SceneFile& file, const std::string& size) {
 
 namespace {
 
-Exchange telling_of_springs(const SceneFile& file, std::size_t scalar_bytes) {
+HaloMessages halo_of_springs(const SceneFile& file, std::size_t scalar_bytes) {
   if (file.scene.networks.empty()) return {};
   if (file.scene.coupling.scheme == Scheme::sequential) {
     return {.times = tellings_of_sweeps(file.scene, file.particles.count), .numbers = 3, .bytes = scalar_bytes};
@@ -104,11 +104,11 @@ Exchange telling_of_springs(const SceneFile& file, std::size_t scalar_bytes) {
 
 }  // namespace
 
-Exchange telling_of(const SceneFile& file, std::size_t scalar_bytes) {
-  Exchange telling = telling_of_springs(file, scalar_bytes);
-  telling.bytes = scalar_bytes;
-  if (file.scene.meet) telling.numbers_to_all = 10;  // two positions, a velocity and a mass
-  return telling;
+HaloMessages halo_of(const SceneFile& file, std::size_t scalar_bytes) {
+  HaloMessages sent = halo_of_springs(file, scalar_bytes);
+  sent.bytes = scalar_bytes;
+  if (file.scene.meet) sent.numbers_to_all = 10;  // two positions, a velocity and a mass
+  return sent;
 }
 
 std::vector<Cut> cuts_of(const Extent& extent, std::uint64_t ranks) {
@@ -152,11 +152,11 @@ namespace {
 
 // Bytes of a sub-step. If several pulses are sent together, both positions and velocities are sent, of as many particles as the
 // pulses would send one by one.
-std::uint64_t bytes_of(std::uint64_t halo, const Cut& cut, const Exchange& telling) {
-  return halo * telling.times * telling.numbers * telling.bytes * (cut.pulses > 1 ? 2 : 1);
+std::uint64_t bytes_of(std::uint64_t halo, const Cut& cut, const HaloMessages& sent) {
+  return halo * sent.times * sent.numbers * sent.bytes * (cut.pulses > 1 ? 2 : 1);
 }
-double messages_of(std::uint64_t neighbours, const Cut& cut, const Exchange& telling) {
-  const auto each = static_cast<double>(neighbours * telling.times);
+double messages_of(std::uint64_t neighbours, const Cut& cut, const HaloMessages& sent) {
+  const auto each = static_cast<double>(neighbours * sent.times);
   return cut.pulses > 1 ? 2 * each / static_cast<double>(cut.pulses) : each;
 }
 
@@ -164,33 +164,32 @@ struct ToldInSubstep {
   std::uint64_t bytes = 0;
   double messages = 0;
 };
-ToldInSubstep told_to_one(const Cut& cut, const Exchange& telling) {
-  const std::uint64_t to_all = telling.numbers_to_all * telling.bytes;
-  return {.bytes = bytes_of(cut.halo, cut, telling) + (cut.all_particles - cut.fewest) * to_all,
-          .messages = messages_of(cut.neighbours, cut, telling) + (to_all != 0 ? static_cast<double>(cut.ranks - 1) : 0)};
+ToldInSubstep told_to_one(const Cut& cut, const HaloMessages& sent) {
+  const std::uint64_t to_all = sent.numbers_to_all * sent.bytes;
+  return {.bytes = bytes_of(cut.halo, cut, sent) + (cut.all_particles - cut.fewest) * to_all,
+          .messages = messages_of(cut.neighbours, cut, sent) + (to_all != 0 ? static_cast<double>(cut.ranks - 1) : 0)};
 }
-ToldInSubstep told_by_all(const Cut& cut, const Exchange& telling) {
-  const std::uint64_t to_all = telling.numbers_to_all * telling.bytes;
+ToldInSubstep told_by_all(const Cut& cut, const HaloMessages& sent) {
+  const std::uint64_t to_all = sent.numbers_to_all * sent.bytes;
   const std::uint64_t others = cut.ranks - 1;
-  return {
-      .bytes = bytes_of(cut.all_halo, cut, telling) + cut.all_particles * others * to_all,
-      .messages = messages_of(cut.all_neighbours, cut, telling) + (to_all != 0 ? static_cast<double>(cut.ranks * others) : 0)};
+  return {.bytes = bytes_of(cut.all_halo, cut, sent) + cut.all_particles * others * to_all,
+          .messages = messages_of(cut.all_neighbours, cut, sent) + (to_all != 0 ? static_cast<double>(cut.ranks * others) : 0)};
 }
 
 }  // namespace
 
-Times times_of(const Cut& cut, const Exchange& telling, const Machine& machine) {
-  const auto [bytes, messages] = told_to_one(cut, telling);
-  const std::uint64_t particles = telling.numbers_to_all != 0 ? cut.all_particles : cut.particles;
+Times times_of(const Cut& cut, const HaloMessages& sent, const Machine& machine) {
+  const auto [bytes, messages] = told_to_one(cut, sent);
+  const std::uint64_t particles = sent.numbers_to_all != 0 ? cut.all_particles : cut.particles;
   return {.own = static_cast<double>(particles) * machine.particle_seconds.value(),
           .told = machine.latency * messages + static_cast<double>(bytes) / machine.bandwidth};
 }
 
-std::string table_of(const std::vector<Cut>& cuts, const Exchange& telling, const Machine& machine, const Cut& one) {
+std::string table_of(const std::vector<Cut>& cuts, const HaloMessages& sent, const Machine& machine, const Cut& one) {
   std::string text = fmt::format("\nranks        {}\n", cuts.front().ranks);
-  const double alone = times_of(one, telling, machine).all();
+  const double alone = times_of(one, sent, machine).all();
   for (const Cut& cut : cuts) {
-    const Times times = times_of(cut, telling, machine);
+    const Times times = times_of(cut, sent, machine);
     const auto row = [&](std::string_view name, const std::string& value) {
       text += fmt::format("  {:<22} {}\n", name, value);
     };
@@ -203,11 +202,11 @@ std::string table_of(const std::vector<Cut>& cuts, const Exchange& telling, cons
                              100 * static_cast<double>(cut.cut_springs) / static_cast<double>(cut.all_springs)));
       row("halo a rank", fmt::format("{} particles at most, {} over all ranks", cut.halo, cut.all_halo));
     }
-    if (cut.all_springs > 0 || telling.numbers_to_all != 0) {
-      const ToldInSubstep to_one = told_to_one(cut, telling), all = told_by_all(cut, telling);
+    if (cut.all_springs > 0 || sent.numbers_to_all != 0) {
+      const ToldInSubstep to_one = told_to_one(cut, sent), all = told_by_all(cut, sent);
       row("told a sub-step", fmt::format("{} bytes in {:.15g} messages to a rank at most; {} bytes in {:.15g} over all ranks",
                                          to_one.bytes, to_one.messages, all.bytes, all.messages));
-      if (telling.numbers_to_all != 0) row("", "of each particle where it has got: every rank works out all meetings");
+      if (sent.numbers_to_all != 0) row("", "of each particle where it has got: every rank works out all meetings");
       if (cut.pulses > 1) row("", fmt::format("{} sub-steps at a time, of a halo so many times as deep", cut.pulses));
     }
     row("predicted sub-step",
@@ -217,13 +216,13 @@ std::string table_of(const std::vector<Cut>& cuts, const Exchange& telling, cons
   return text;
 }
 
-std::vector<ScalePoint> curve_of(const Extent& extent, const Exchange& telling, const Machine& machine, std::uint64_t most) {
+std::vector<ScalePoint> curve_of(const Extent& extent, const HaloMessages& sent, const Machine& machine, std::uint64_t most) {
   std::vector<ScalePoint> curve;
-  const double alone = least_time(extent, 1, telling, machine).value();
+  const double alone = least_time(extent, 1, sent, machine).value();
   // A list is not enlarged, so it has only the strong curve.
   for (std::uint64_t ranks = 1; ranks <= most; ranks *= 2) {
-    const auto strong = least_time(extent, ranks, telling, machine);
-    const auto weak = extent.list != nullptr ? std::nullopt : least_time(on_each(extent, ranks), ranks, telling, machine);
+    const auto strong = least_time(extent, ranks, sent, machine);
+    const auto weak = extent.list != nullptr ? std::nullopt : least_time(on_each(extent, ranks), ranks, sent, machine);
     if (!strong && !weak) break;
     constexpr double none = std::numeric_limits<double>::quiet_NaN();
     curve.push_back({.ranks = ranks,

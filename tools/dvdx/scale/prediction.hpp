@@ -32,14 +32,14 @@ struct Extent {
 [[nodiscard]] Extent extent_of(const SceneFile& file, const std::string& size);
 
 // The messages between two sub-steps.
-struct Exchange {
+struct HaloMessages {
   std::uint64_t times = 0;    // a sub-step
   std::uint64_t numbers = 0;  // of each particle of the halo, each time
   std::uint64_t bytes = 0;    // of a number
   // If particles meet, each rank sends every other this many numbers of each of its own particles, and computes all meetings.
   std::uint64_t numbers_to_all = 0;
 };
-[[nodiscard]] Exchange telling_of(const SceneFile& file, std::size_t scalar_bytes);
+[[nodiscard]] HaloMessages halo_of(const SceneFile& file, std::size_t scalar_bytes);
 
 // Returns the ways to share the extent among so many ranks; none if there are too many of them.
 [[nodiscard]] std::vector<Cut> cuts_of(const Extent& extent, std::uint64_t ranks);
@@ -50,10 +50,10 @@ struct Times {
   [[nodiscard]] double all() const noexcept { return own + told; }
 };
 // Assumes no overlap: messages wait for particles, and particles for messages.
-[[nodiscard]] Times times_of(const Cut& cut, const Exchange& telling, const Machine& machine);
+[[nodiscard]] Times times_of(const Cut& cut, const HaloMessages& sent, const Machine& machine);
 
 // Returns a table for one number of ranks. one: the cut on one rank.
-[[nodiscard]] std::string table_of(const std::vector<Cut>& cuts, const Exchange& telling, const Machine& machine,
+[[nodiscard]] std::string table_of(const std::vector<Cut>& cuts, const HaloMessages& sent, const Machine& machine,
                                    const Cut& one);
 
 // The efficiencies of the cheapest sharing at 1, 2, 4, ... ranks up to `most`.
@@ -62,7 +62,7 @@ struct ScalePoint {
   double strong = 1;  // efficiency: the scene on all these ranks
   double weak = 1;    // the scene on each of these ranks
 };
-[[nodiscard]] std::vector<ScalePoint> curve_of(const Extent& extent, const Exchange& telling, const Machine& machine,
+[[nodiscard]] std::vector<ScalePoint> curve_of(const Extent& extent, const HaloMessages& sent, const Machine& machine,
                                                std::uint64_t most);
 [[nodiscard]] std::string table_of(const std::vector<ScalePoint>& curve);
 // Returns an SVG. Throws Fault (input_output) if gnuplot cannot draw it.
