@@ -97,7 +97,7 @@ const RadialSpring damped_radial{.stiffness = 40.0, .damping = 0.8, .rest_length
 
 constexpr int exact = Accuracy::exact;
 
-TEST_CASE("A free particle's accuracy is what is said of it") {
+TEST_CASE("A free particle has the order that accuracy() states") {
   check_claim({"all as one system", scene_of({gravity, ramp, shake, spring, second, damped, drag})}, exact);
   for (const Method method : {Method::exact, Method::average_acceleration, Method::pulse, Method::symplectic_euler}) {
     const bool is_exact = method == Method::exact;
@@ -130,7 +130,7 @@ TEST_CASE("A free particle's accuracy is what is said of it") {
   check_claim({"drag of first order", scene_of({truncated})}, 1);
 }
 
-TEST_CASE("Radial springs' accuracy is what is said of it") {
+TEST_CASE("Radial springs have the order that accuracy() states") {
   check_claim({"one", scene_of({radial})}, 2);
   check_claim({"two and gravity", scene_of({radial, RadialSpring{.stiffness = 20.0, .anchor = Vec3{1, 0, 0}}, gravity})}, 2);
   check_claim({"damped, with drag", scene_of({damped_radial, drag, gravity})}, 2);
@@ -148,7 +148,7 @@ TEST_CASE("Radial springs' accuracy is what is said of it") {
   }
 }
 
-TEST_CASE("Impacts' accuracy is what is said of it") {
+TEST_CASE("Impacts have the order that accuracy() states") {
   Plane floor;
   floor.restitution = 1;
   const Start start{{{0.3, 0.7, -0.2}}, {{0.5, -1.4, 0.8}}};
@@ -186,7 +186,7 @@ TEST_CASE("Impacts' accuracy is what is said of it") {
   check_claim({"radial", with(scene_of({gravity, radial}), floor), start}, 2);
 }
 
-TEST_CASE("Networks' and constraints' accuracy is what is said of it") {
+TEST_CASE("Networks and constraints have the order that accuracy() states") {
   const Start start{{{0, 0, 0}, {1, 0, 0}, {1.8, 0.5, 0}}, {{0, 0, 0}, {0.3, 0.2, -0.5}, {0, 1, 0.4}}};
   const auto chain = [&](Coupling coupling, double damping, bool has_drag) {
     Scene scene = scene_of({gravity});

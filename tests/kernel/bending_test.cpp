@@ -221,7 +221,7 @@ TEST_CASE("bending: a hinge swings as its closed form does, by the scheme's orde
   CHECK(error_of(other, fourth_order, 16) < 1e-9);
 }
 
-TEST_CASE("bending: the plan's limit is the hinge's own frequency, and beside springs not below that of both") {
+TEST_CASE("bending: the plan's frequency bound is the hinge's own, and springs beside it raise the bound") {
   Joined joined = hinge();
   test::Batch<double> batch(test::Layout::soa, 4);
   test::place(joined, batch.view());
@@ -265,7 +265,7 @@ TEST_CASE("bending: the bits are the scalar twin's on every instruction set") {
   }
 }
 
-TEST_CASE("bending: refused in other schemes, where springs are torn, and of triangles without area") {
+TEST_CASE("bending: it is refused in other schemes, with torn springs and for triangles without area") {
   Joined joined = hinge();
   for (const Scheme scheme : {Scheme::sequential, Scheme::accumulate}) {
     joined.scene.coupling.scheme = scheme;
@@ -348,7 +348,7 @@ TEST_CASE_TEMPLATE("bending: a plan whose bending is changed has the bits of one
   }
 }
 
-TEST_CASE("bending: half way, a clone keeps how it bends, and a change goes on from where the state is") {
+TEST_CASE("bending: a change in mid-run acts from there on, and a clone keeps its bending") {
   const Sheet sheet = sheet_of(6, 7, 0.1, Cut::equal_sides);
   Running<double> running(cloth(leapfrog, 60, modulus));
   const Plan<double> clone = running.plan.clone();
@@ -362,7 +362,7 @@ TEST_CASE("bending: half way, a clone keeps how it bends, and a change goes on f
   CHECK(running.after(4) != test::values_of(same.batch.view()));
 }
 
-TEST_CASE("bending: a change that cannot be is refused by name, and the plan bends as before") {
+TEST_CASE("bending: a change that is not valid is refused by name, and the plan bends as before") {
   const Sheet sheet = sheet_of(6, 7, 0.1, Cut::equal_sides);
   for (const std::optional<int> substeps : {std::optional<int>{}, std::optional<int>{60}}) {
     Running<double> running(cloth(leapfrog, substeps, modulus));

@@ -32,7 +32,7 @@ TEST_CASE("c: an error names the field, the value and the range, and changes not
   CHECK(h.field() == "isa");
 }
 
-TEST_CASE("c: choices that do not exist and pointers to nothing are refused at once") {
+TEST_CASE("c: choices that do not exist and null pointers are refused at once") {
   Handles h;
   dvdx_drag drag{};
   drag.method = static_cast<dvdx_method>(7);

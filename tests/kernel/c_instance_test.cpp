@@ -123,7 +123,7 @@ TEST_CASE("c: an instance refuses null pointers and wrong values by name") {
   dvdx_instance_destroy(nullptr);
 }
 
-TEST_CASE("c: a plan's scene is what it steps, and poses of a plan are not ignored in a workspace") {
+TEST_CASE("c: a plan made of a plan's scene has its bits, and a workspace does not ignore poses of the plan") {
   Rope one, two;
   Handles h(one);
   const dvdx_scalars stiffer{.all = 900, .each = nullptr, .count = 0};
@@ -151,7 +151,7 @@ TEST_CASE("c: a plan's scene is what it steps, and poses of a plan are not ignor
   dvdx_plan_destroy(other);
 }
 
-TEST_CASE("c: instances step at once as each by itself does, and refusals name the one that is wrong") {
+TEST_CASE("c: instances step at once as each does alone, and a refusal names the instance that is wrong") {
   Rope one, two;
   Handles h(one);
   REQUIRE(dvdx_instance_create(h.plan, &one.state, &h.instance, &h.error) == DVDX_DONE);

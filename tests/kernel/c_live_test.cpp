@@ -123,12 +123,12 @@ void check_live(dvdx::SurvivorOrder order) {
   CHECK(text.find("at most 3000 particles live at once; 2 emitters") != std::string::npos);
 }
 
-TEST_CASE("c: particles come and go as they do by C++, bit by bit, in their order and in any") {
+TEST_CASE("c: particles come and go as by C++, bit by bit, with the survivors' order kept or any") {
   check_live(dvdx::SurvivorOrder::kept);
   check_live(dvdx::SurvivorOrder::any);
 }
 
-TEST_CASE("c: a column of the caller's goes along, and what the caller marks is removed") {
+TEST_CASE("c: particles that the caller marks are removed, and the caller's own column follows") {
   Handles h;
   Living living(h);
   living.turnover.emitter_count = living.turnover.boundary_count = 0;
@@ -267,7 +267,7 @@ TEST_CASE("c: a body and a nozzle on a motion are driven in a live plan and in w
   CHECK(late == nullptr);
 }
 
-TEST_CASE("c: what cannot come and go is refused, and nothing is stepped") {
+TEST_CASE("c: a wrong turnover or live state is refused by name, and nothing is stepped") {
   Handles h;
   Living living(h);
   living.emitters[0].rate = -1;

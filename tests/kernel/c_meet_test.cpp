@@ -11,7 +11,7 @@
 
 namespace c_handles::meet_test {
 
-TEST_CASE("c: cloth meets by a part of its cells") {
+TEST_CASE("c: a part of cells outside 0 to 1 is refused when the plan is made") {
   Handles h;
   dvdx_meet meet{};
   meet.part_of_cells = 1.5;
@@ -22,7 +22,7 @@ TEST_CASE("c: cloth meets by a part of its cells") {
   CHECK(h.message() == "meet.part_of_cells is 1.5: must be a number > 0 and < 1");
 }
 
-TEST_CASE("c: balls meet as C++ has them, and groups say which") {
+TEST_CASE("c: balls meet as in C++, in the groups that the caller names") {
   Handles h;
   const double radii[] = {0.125, 0.25, 0.125};
   const dvdx_scalars radius{0, &radii[0], 3};

@@ -14,7 +14,7 @@
 
 namespace c_handles::plan_test {
 
-TEST_CASE("c: the longest sub-step that sequential chose is told, and a scene that names it has it") {
+TEST_CASE("c: a plan tells the longest sub-step that sequential chose, and takes the one that a scene names") {
   const auto limit_by = [](dvdx_scheme scheme, double longest) {
     Handles h;
     add_joints(h);
@@ -72,7 +72,7 @@ TEST_CASE("c: a limit of the sub-steps cuts a hitch, and a state is checked") {
   CHECK(dvdx_plan_check(nullptr, &state, &found, &h.error) == DVDX_INVALID);
 }
 
-TEST_CASE("c: the fewest sub-steps of a sheet that hangs free, and those safe in any position, are told apart") {
+TEST_CASE("c: a plan tells a sheet's fewest sub-steps apart from those safe in any position") {
   using namespace dvdx;
   constexpr std::size_t rows = 5, columns = 8;
   Handles h;
@@ -107,7 +107,7 @@ TEST_CASE("c: the fewest sub-steps of a sheet that hangs free, and those safe in
   CHECK(limit.frequency == wanted.frequency);
 }
 
-TEST_CASE("c: the instruction set that was asked for is told, and impacts are counted as asked") {
+TEST_CASE("c: a plan tells the instruction set that was asked for, and refuses too many impacts") {
   Handles h;
   dvdx_options options = options_of(0.01);
   options.isa = DVDX_ISA_REFERENCE;
@@ -119,7 +119,7 @@ TEST_CASE("c: the instruction set that was asked for is told, and impacts are co
   CHECK(other.field() == "impacts");
 }
 
-TEST_CASE("c: seek, another step, another force, and what a plan says of itself") {
+TEST_CASE("c: seek goes where steps go, and a plan takes another step and force and describes itself") {
   Handles h;
   dvdx_spring spring{};
   spring.stiffness.all = 40;

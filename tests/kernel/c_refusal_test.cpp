@@ -55,7 +55,7 @@ void put_number(Enum& to, int number) {
   std::memcpy(&to, &number, sizeof number);
 }
 
-TEST_CASE("c: what asks about a plan or a state takes null pointers") {
+TEST_CASE("c: queries of a plan or a state accept null pointers") {
   std::array<char, 8> text{'?'};
   CHECK(dvdx_plan_explain(nullptr, text.data(), text.size()) == 0);
   CHECK(text[0] == '\0');
@@ -76,7 +76,7 @@ TEST_CASE("c: what asks about a plan or a state takes null pointers") {
   CHECK(dvdx_state_hash(&nowhere) == 0);
 }
 
-TEST_CASE("c: a precision that is none is refused, in options and in states") {
+TEST_CASE("c: a state of a precision that does not exist is refused and unchanged") {
   const Scene scene;
   Plan plan(scene);
   std::vector<double> memory(6, 1.0);
@@ -152,7 +152,7 @@ TEST_CASE("c: columns that share memory are refused, and nothing moves") {
   refused(state, "x[0] is a column whose elements share memory: must be memory for each element");
 }
 
-TEST_CASE("c: columns that lie between each other's elements are stepped") {
+TEST_CASE("c: interleaved columns are stepped, with strides forwards and backwards") {
   const Scene scene;
   Plan plan(scene);
   std::vector<double> memory(60, 0.0);
@@ -168,7 +168,7 @@ TEST_CASE("c: columns that lie between each other's elements are stepped") {
   CHECK(dvdx_plan_step(plan.plan, &state, 1, nullptr, &plan.error) == DVDX_DONE);
 }
 
-TEST_CASE("c: faces are chosen by the library or never") {
+TEST_CASE("c: faces are automatic or never, and any other choice is refused") {
   const Scene scene;
   dvdx_error error{};
   CHECK(dvdx_scene_set_faces(scene.scene, DVDX_FACES_NEVER, &error) == DVDX_DONE);
@@ -180,7 +180,7 @@ TEST_CASE("c: faces are chosen by the library or never") {
   CHECK(dvdx_scene_set_faces(nullptr, DVDX_FACES_NEVER, &error) == DVDX_INVALID);
 }
 
-TEST_CASE("c: ages share memory with no other column") {
+TEST_CASE("c: a lifetime column that overlaps the ages is refused") {
   const Scene scene;
   dvdx_turnover turnover{};
   turnover.capacity = 4;
@@ -203,7 +203,7 @@ TEST_CASE("c: ages share memory with no other column") {
   dvdx_live_plan_destroy(plan);
 }
 
-TEST_CASE("c: whether columns overlap is what marking every byte finds") {
+TEST_CASE("c: the overlap test of columns agrees with marking every element") {
   std::uint64_t random = 1;
   const auto below = [&](std::uint64_t n) {
     random = random * 6364136223846793005U + 1442695040888963407U;
@@ -249,7 +249,7 @@ TEST_CASE("c: whether columns overlap is what marking every byte finds") {
   CHECK(shared > 1000);
 }
 
-TEST_CASE("Choices that are none are refused by name") {
+TEST_CASE("Choices that do not exist are refused by name") {
   using namespace dvdx;
   const auto message = [](const dvdx::Scene& scene, const Options& options) {
     State<float> state;

@@ -10,7 +10,7 @@
 
 namespace c_handles::report_test {
 
-TEST_CASE("C: a report tells what contacts do, in the caller's room") {
+TEST_CASE("C: a report tells impulses and events of contacts, in the caller's memory") {
   Handles h;
   dvdx_constant gravity{};
   gravity.acceleration[1] = -8;

@@ -72,7 +72,7 @@ TEST_CASE("c: networks, constraints and fixed particles move as C++ moves them, 
   CHECK(limit.bound == plan->network_limit()->bound);
 }
 
-TEST_CASE("c: a grid, values each and an origin") {
+TEST_CASE("c: a grid of unlike masses with an origin is stepped, and another count is refused") {
   Handles h;
   dvdx_grid grid{};
   grid.rows = grid.columns = 2;
@@ -93,7 +93,7 @@ TEST_CASE("c: a grid, values each and an origin") {
   CHECK(dvdx_plan_step(h.plan, &state, 1, nullptr, &h.error) == DVDX_COUNT_DIFFERS);
 }
 
-TEST_CASE("c: air on a grid and on triangles, and a wind that changes") {
+TEST_CASE("c: air on a grid and on triangles moves particles as in C++, also after the wind changes") {
   const double gusts[] = {0, 1, 0, 3, 0.5};
   const dvdx_wind wind{{1, 2, 3}, &gusts[0], 1};
   const dvdx_wind calm{{0, 0.5, 0}, nullptr, 0};

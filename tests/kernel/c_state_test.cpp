@@ -58,7 +58,7 @@ TEST_CASE("c: a state that does not fit is refused, and not stepped") {
   CHECK(arrays.memory == before);
 }
 
-TEST_CASE("c: structs of the caller's and the caller's threads") {
+TEST_CASE("c: structs of the caller's are stepped by the caller's parallel loop, in any order") {
   struct Particle {
     char name;
     double position[3];

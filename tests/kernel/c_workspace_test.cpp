@@ -241,7 +241,7 @@ TEST_CASE("c: a second call in one workspace is refused while the first is under
   dvdx_workspace_destroy(second);
 }
 
-TEST_CASE("c: what a workspace carries on is stored, restored and forgotten") {
+TEST_CASE("c: a workspace's carried numbers are stored, restored and forgotten") {
   Sheets sheets;
   Thrown start, one(0.2);
   sheets.make(start.state);
@@ -317,7 +317,7 @@ TEST_CASE("c: a step in a workspace reports what contacts do, and refuses anothe
   for (dvdx_contact_report* const report : reports) dvdx_contact_report_destroy(report);
 }
 
-TEST_CASE("c: what is driven in a workspace is driven there alone") {
+TEST_CASE("c: targets set in a workspace drive its own state and no other") {
   dvdx_error error{};
   dvdx_scene* scene = nullptr;
   REQUIRE(dvdx_scene_create(DVDX_ABI_VERSION, &scene, &error) == DVDX_DONE);

@@ -60,8 +60,9 @@ std::uint64_t never_stopped(const Joined& joined) {
   return state_hash(batch.view());
 }
 
-TEST_CASE_TEMPLATE("sweeps go on in another plan with the same bits, on any instruction set, and not without what they carry",
-                   T, float, double) {
+TEST_CASE_TEMPLATE(
+    "sweeps go on in another plan with the same bits on any instruction set, but not without the carried numbers", T, float,
+    double) {
   for (const Joined& joined : sweeps()) {
     CAPTURE(joined.name);
     const auto expected = never_stopped<T>(joined);
@@ -105,7 +106,7 @@ TEST_CASE("a state of another count, or a workspace of another scene, carries no
   CHECK(plan.carried(batch.view(), other.workspace()).empty());
 }
 
-TEST_CASE("driven particles are on their way in the plan that goes on") {
+TEST_CASE("driven particles keep begun and waiting targets in the plan that goes on") {
   Joined joined = test::sheet(5, 6, 50, 0.001);
   joined.scene.coupling = {.scheme = Scheme::leapfrog};
   joined.scene.motions = {{.keys = {{.time = 0}}}};
@@ -171,7 +172,7 @@ struct ByC {
   dvdx_error error{};
 };
 
-TEST_CASE("by C likewise") {
+TEST_CASE("carried numbers go on in another plan by C, and wrong arguments are refused") {
   ByC c;
   std::array<std::array<double, 4>, 6> start{{{0, 1.1, 0, 1}, {0, 0, 0.2, 0}, {0, 0, 1, 1.3}, {}, {}, {}}};
   const auto view = [](auto& of) {

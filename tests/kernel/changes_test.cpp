@@ -281,7 +281,7 @@ void change_at_random(const Joined& joined, std::uint64_t seed, int changes) {
   }
 }
 
-TEST_CASE_TEMPLATE("changes: after any of them a plan steps as one compiled anew from its scene", T, float, double) {
+TEST_CASE_TEMPLATE("changes: a changed plan steps as one compiled anew from its scene", T, float, double) {
   std::uint64_t seed = sizeof(T) == 4 ? 1 : 1001;  // each precision has changes of its own
   for (const Joined& joined : scenes()) {
     CAPTURE(joined.name);
@@ -289,8 +289,8 @@ TEST_CASE_TEMPLATE("changes: after any of them a plan steps as one compiled anew
   }
 }
 
-TEST_CASE_TEMPLATE("changes: so does a plan of lists, whichever springs damp and in whichever order they stand", T, float,
-                   double) {
+TEST_CASE_TEMPLATE("changes: a changed plan of lists steps as one compiled anew, whichever springs damp and in any order", T,
+                   float, double) {
   std::uint64_t seed = sizeof(T) == 4 ? 1 : 1001;
   for (const Joined& joined : lists()) {
     CAPTURE(joined.name);
@@ -298,7 +298,7 @@ TEST_CASE_TEMPLATE("changes: so does a plan of lists, whichever springs damp and
   }
 }
 
-TEST_CASE("changes: what a list keeps of its springs' rates is what it finds anew") {
+TEST_CASE("changes: a list's kept rates are those found anew, after each change of a mass or a spring") {
   for (const Joined& joined : {lists()[2], lists()[3]}) {
     CAPTURE(joined.name);
     std::vector<JoinedPair> springs = joined_pairs(joined.scene, joined.x);
@@ -342,7 +342,7 @@ TEST_CASE("changes: torn springs of a list stay torn when all springs take anoth
 }
 
 // A sheet cut from side to side: the lower part falls freely, by every scheme, on every instruction set.
-TEST_CASE_TEMPLATE("changes: what hangs by torn springs falls", T, float, double) {
+TEST_CASE_TEMPLATE("changes: the lower part of a sheet that is cut across falls freely", T, float, double) {
   constexpr std::size_t rows = 6, steps = 30;
   for (const Scheme scheme : {Scheme::leapfrog, Scheme::fourth_order, Scheme::sequential, Scheme::accumulate}) {
     for (const Isa isa : available_isas()) {
@@ -381,7 +381,7 @@ TEST_CASE_TEMPLATE("changes: what hangs by torn springs falls", T, float, double
 }
 
 // Generalized alpha carries the springs' accelerations. A change without effect does not restart it.
-TEST_CASE("changes: what a plan remembers of its springs outlives a change") {
+TEST_CASE("changes: a plan's remembered spring accelerations outlive a change without effect") {
   for (const bool is_list : {false, true}) {
     Joined joined = test::sheet(4, columns, 40);
     joined.scene.coupling.scheme = Scheme::sequential;
@@ -514,7 +514,7 @@ std::vector<Pair> longer(const Grid& grid, double stretch, const State<T>& state
   return found;
 }
 
-TEST_CASE_TEMPLATE("changes: springs that a state has stretched too far tear together, and no other", T, float, double) {
+TEST_CASE_TEMPLATE("changes: tear() tears all springs that a state has stretched too far, and no other", T, float, double) {
   const Joined sheet = test::sheet(6, columns, 40, 0.002);
   const Grid grid = std::get<Grid>(sheet.scene.networks[0]);
   Joined strands = sheet;
@@ -543,7 +543,7 @@ TEST_CASE_TEMPLATE("changes: springs that a state has stretched too far tear tog
   }
 }
 
-TEST_CASE("changes: a bad particle tears nothing, and what tearing needs is refused by name") {
+TEST_CASE("changes: tear() tears nothing at a bad particle, and refuses wrong arguments by name") {
   const Joined joined = test::sheet(4, 5, 50);
   Batch<double> batch(Layout::soa, joined.x.size());
   State<double> state = batch.view();
@@ -559,7 +559,7 @@ TEST_CASE("changes: a bad particle tears nothing, and what tearing needs is refu
   CHECK(plan.tear(0, 1.5, fewer).error().message() == "state.count is 19: must be 20");
 }
 
-TEST_CASE("changes: what names no place of the scene, or a value out of range, is refused by name") {
+TEST_CASE("changes: an index outside the scene or a value out of range is refused by name") {
   const Joined joined = test::sheet(4, 5, 50);
   Batch<double> batch(Layout::soa, joined.x.size());
   test::place(joined, batch.view());

@@ -97,7 +97,7 @@ TEST_CASE_TEMPLATE("clone: two threads step two states of one scene at once, wit
   }
 }
 
-TEST_CASE("clone: what was compiled is shared, and a change of one leaves the others as they were") {
+TEST_CASE("clone: a change of the plan leaves its clone as it was") {
   for (const Joined& joined : joined_scenes()) {
     CAPTURE(joined.name);
     Batch<double> scene(Layout::soa, joined.x.size()), batch(Layout::soa, joined.x.size());

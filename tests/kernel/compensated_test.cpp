@@ -99,7 +99,7 @@ TEST_CASE("compensated: every scene gives the float64 step's numbers, split, wha
   }
 }
 
-TEST_CASE("compensated: networks, too") {
+TEST_CASE("compensated: networks give the float64 step's numbers, split, in every scheme") {
   for (const Scheme scheme : {Scheme::leapfrog, Scheme::fourth_order, Scheme::sequential, Scheme::accumulate}) {
     test::Joined sheet = test::sheet(5, 7, 50);
     sheet.scene.coupling.scheme = scheme;
@@ -144,7 +144,7 @@ TEST_CASE("compensated: seek and the clock follow the same numbers") {
   for (std::size_t i = 0; i < 5; ++i) CHECK(std::abs(sought.view().x[0][i] - walked.view().x[0][i]) < 1e-8);
 }
 
-TEST_CASE("compensated: what cannot be is refused by name, and nothing is stepped") {
+TEST_CASE("compensated: a state without rests and a plan of float64 are refused, and nothing is stepped") {
   Batch<float> plain(Layout::soa, 3);
   test::place(plain.view());
   const auto without = compile<float>(orbit_at(0), {.rounding = Rounding::compensated}, plain.view());

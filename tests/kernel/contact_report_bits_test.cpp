@@ -191,7 +191,8 @@ TEST_CASE("report: events tell of particles by the caller's numbers, in whicheve
   }
 }
 
-TEST_CASE_TEMPLATE("report: of particles that come and go", T, float, double) {
+TEST_CASE_TEMPLATE("report: a live plan's report is the same on every instruction set, layout and number of threads", T, float,
+                   double) {
   Scene scene = falling(0.01);
   scene.add(Plane{.normal = {0, 1, 0}, .restitution = 0.4});
   for (const SurvivorOrder order : {SurvivorOrder::kept, SurvivorOrder::any}) {

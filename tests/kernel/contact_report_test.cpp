@@ -64,7 +64,8 @@ TEST_CASE("report: a bouncing ball's impacts have the times and impulses of the 
   CHECK(compared > 100);
 }
 
-TEST_CASE_TEMPLATE("report: what rests on a surface presses with m g t, whatever else acts on it", T, float, double) {
+TEST_CASE_TEMPLATE("report: a particle that rests on a surface presses with m g t, whatever else acts on it", T, float,
+                   double) {
   constexpr std::size_t steps = 600;
   constexpr double weight = 2 * g * h * steps;
   const double eps = std::is_same_v<T, float> ? 1e-5 : 1e-12;
@@ -131,7 +132,7 @@ TEST_CASE(
   }
 }
 
-TEST_CASE_TEMPLATE("report: what slides on a curved surface with friction meets no impact, and no viscosity at any step", T,
+TEST_CASE_TEMPLATE("report: a particle that slides on a curved surface with friction has no impact and feels no viscosity", T,
                    float, double) {
   const std::array<Vec3, 2> in_bowl{Vec3{0.8, 0.4, 0}, Vec3{}};
   const std::array<Vec3, 2> on_top{Vec3{0.5, std::sqrt(0.75), 0}, Vec3{}};
@@ -157,7 +158,7 @@ TEST_CASE_TEMPLATE("report: what slides on a curved surface with friction meets 
   }
 }
 
-TEST_CASE_TEMPLATE("report: what meets a surface and gets no impulse from it is no impact", T, float, double) {
+TEST_CASE_TEMPLATE("report: a contact without an impulse is not reported as an impact", T, float, double) {
   Scene scene = falling(1);
   scene.add(Capsule{.ends = {Vec3{-1, -0.3, 0}, Vec3{1, -0.3, 0}}, .radius = {0.3, 0.3}, .friction = 0.3});
   std::vector<std::array<Vec3, 2>> start;
@@ -317,7 +318,7 @@ TEST_CASE("report: momentum is kept between a ring of springs, an edge that it f
   }
 }
 
-TEST_CASE("report: a moving surface is told of impulses as one at rest, and of torque about its moved center") {
+TEST_CASE("report: a moving surface gets impulses as one at rest does, and torque about its moved center") {
   constexpr std::size_t steps = 60;
   constexpr double weight = 2 * g * h * steps;
   const Vec3 u{1.5, 0.75, 0};

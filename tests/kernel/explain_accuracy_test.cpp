@@ -54,7 +54,7 @@ TEST_CASE("explain: stiff radial springs are of second order, and unstable where
   }
 }
 
-TEST_CASE("explain: forces of time alone are exact by the methods that are") {
+TEST_CASE("explain: forces of time alone are exact by the exact method, and of order 1 by pulse and symplectic Euler") {
   for (const Method method : {Method::pulse, Method::symplectic_euler}) {
     Scene scene;
     scene.method = method;
@@ -98,7 +98,7 @@ TEST_CASE("explain: contacts of one law are told of in one line, with their numb
              "             as long as"));
 }
 
-TEST_CASE("explain: a mesh says what its grid holds and what its cells cost") {
+TEST_CASE("explain: a mesh is listed with its nodes, its bytes and the rounding of its edges") {
   Scene scene;
   scene.add(gravity).add(Plane{});
   CHECK_FALSE(says(words(scene), "meshes"));

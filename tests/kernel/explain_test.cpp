@@ -132,7 +132,7 @@ TEST_CASE("explain: the spectral radius of separate contributions is that of the
   }
 }
 
-TEST_CASE("explain: an unstable step is told the largest stable one, and where there is none that no step cures it") {
+TEST_CASE("explain: an unstable step is told the largest stable one, or that no smaller step cures it") {
   // symplectic Euler is stable up to omega h = 2, average acceleration of one spring up to pi
   const auto euler = explained<double>(springs_by(Method::symplectic_euler, {2.5}, h), {.step = h});
   CHECK(is_close(number_after(euler, "what to do: a step of at most "), h * 2 / 2.5, 1e-5));
@@ -148,7 +148,7 @@ TEST_CASE("explain: two springs by their own exact motions grow at every step, a
   CHECK(says(text, "no smaller step cures it"));
 }
 
-TEST_CASE("explain: of particles that differ, the one that grows most is named") {
+TEST_CASE("explain: the particle that grows most is named where particles differ") {
   Scene scene;
   scene.method = Method::symplectic_euler;
   scene.add(Spring{.stiffness = std::vector<double>{9, 4 * 6.25 * 3600, 100, 6.25 * 3600}});
@@ -187,7 +187,7 @@ TEST_CASE_TEMPLATE("explain: bytes and operations are those of the step that it 
   }
 }
 
-TEST_CASE("explain: the step, the arithmetic and the instruction set are those that the plan has") {
+TEST_CASE("explain: the step, the arithmetic and the instruction set are the plan's") {
   Scene scene;
   scene.add(Spring{.stiffness = 9.0});
   for (const Arithmetic arithmetic : {Arithmetic::separate, Arithmetic::contracted, Arithmetic::fast}) {
@@ -200,7 +200,7 @@ TEST_CASE("explain: the step, the arithmetic and the instruction set are those t
   }
 }
 
-TEST_CASE("explain: contacts are counted, and what meets them cannot be sought ahead") {
+TEST_CASE("explain: contacts are counted, and a scene with contacts cannot seek") {
   Scene scene;
   scene.add(Constant{.acceleration = {0, -9.81, 0}});
   CHECK(says(explained<double>(scene), "seek         yes"));
@@ -220,9 +220,7 @@ Scene pair_of(double k, double m1, double m2, const Coupling& coupling) {
   return scene;
 }
 
-TEST_CASE(
-    "explain: a pair's frequency, sub-steps and margin are sqrt(k/mu), the fewest that keep it below the limit, and what is "
-    "left") {
+TEST_CASE("explain: a pair's frequency is sqrt(k/mu), its sub-steps the fewest below the limit, its margin the rest") {
   for (const auto& [m1, m2] : {std::pair{1.0, 1.0}, {0.5, 20.0}, {2.0, 1e6}}) {
     for (const double k : {300.0, 4e4, 2.5e6}) {
       const double omega = std::sqrt(k * (1 / m1 + 1 / m2));
@@ -244,7 +242,7 @@ TEST_CASE(
   }
 }
 
-TEST_CASE("explain: every scheme says what it is, and what the others would take") {
+TEST_CASE("explain: every scheme describes itself and the sub-steps that the others would take") {
   const std::vector<Vec3> start{{0, 0, 0}, {1, 0, 0}};
   const double k = 4e5;
   const double omega = std::sqrt(2 * k);

@@ -171,7 +171,7 @@ TEST_CASE_TEMPLATE("a change that fails for want of memory changes nothing", T, 
 }
 
 // Covers changes whose first use allocates memory, and clones that share the plan's data.
-TEST_CASE("a change of what is joined that fails for want of memory changes nothing") {
+TEST_CASE("a change of joined particles that fails for want of memory changes nothing") {
   using T = float;
   const std::vector<Joined> all = all_joined();
   for (std::size_t n = 0; n + 2 < all.size(); ++n) {

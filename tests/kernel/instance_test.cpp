@@ -144,7 +144,7 @@ TEST_CASE("instance: many share one plan on two threads, each with its own wind,
   CHECK(alone[1] != alone[3]);
 }
 
-TEST_CASE("instance: a character is carried to where it stands before its first step, and nothing is pulled there") {
+TEST_CASE("instance: a character that is teleported before its first step is neither pulled nor stretched") {
   const Cape c = cape();
   const Plan<double> plan = plan_of<double>(c.scene);
   Soa<double> memory(count);
@@ -161,7 +161,7 @@ TEST_CASE("instance: a character is carried to where it stands before its first 
   CHECK(instance->check().stretch < 1.01);
 }
 
-TEST_CASE("instance: advance takes whole steps, moves what is driven evenly through the frame, and blends between them") {
+TEST_CASE("instance: advance takes whole steps, and moves pins evenly through the frame") {
   Scene scene;
   scene.mass = 1;
   scene.add(Network(Springs{.pairs = {{0, 1}}, .stiffness = 1.0, .rest_length = Scalars(1.0)}));
@@ -192,7 +192,7 @@ TEST_CASE("instance: advance takes whole steps, moves what is driven evenly thro
   CHECK(instance->advance(-1).error().field == "frame_time");
 }
 
-TEST_CASE("instance: what is changed in one stays there") {
+TEST_CASE("instance: a change of one instance's plan changes no other instance") {
   const Cape c = cape();
   const Plan<float> plan = plan_of<float>(c.scene);
   Soa<float> one(count), two(count), three(count);
@@ -273,7 +273,7 @@ TEST_CASE("instance: many step at once on any threads with the bits of each by i
   CHECK(step<float>(together, one_time).error().field == "instances[1]");
 }
 
-TEST_CASE("instance: handles of what was added change it without counting") {
+TEST_CASE("instance: set functions of a plan take the handles of added parts instead of indices") {
   Scene scene;
   scene.mass = 0.1;
   const ForceId gravity = add_force(scene, Constant{.acceleration = {0, -9.81, 0}});
@@ -334,7 +334,7 @@ TEST_CASE("instance: misuse is an error that names what is wrong") {
   CHECK(taken.step(frame).has_value());
 }
 
-TEST_CASE("plan: one that was moved from, and columns without memory, give a result") {
+TEST_CASE("plan: a moved-from plan or workspace, and columns without memory, are refused by a result") {
   Cape c = cape();
   Plan<float> plan = plan_of<float>(c.scene);
   Soa<float> memory(count);
@@ -365,7 +365,7 @@ TEST_CASE("plan: one that was moved from, and columns without memory, give a res
   CHECK(other.meetings(workspace).substeps == 0);
 }
 
-TEST_CASE("instance: more neighbours than there is room for are named, and the state is what it was") {
+TEST_CASE("instance: a step with too many neighbours names the limit, and leaves the state unchanged") {
   Scene scene;
   scene.add(Meet{.radius = 0.5, .most_neighbours = 1});
   Soa<float> memory(3);
@@ -406,7 +406,7 @@ TEST_CASE("workspace: poses of the plan are not ignored in silence, and a fresh 
   CHECK(plan.step(state, before) == StepResult::done);
 }
 
-TEST_CASE("plan: set_network makes all numbers of a network others") {
+TEST_CASE("plan: set_network changes all values of a network, and refuses another shape") {
   const Cape c = cape();
   Scene stiffer = c.scene;
   Grid& grid = std::get<Grid>(stiffer.networks[0]);
@@ -431,7 +431,7 @@ TEST_CASE("plan: set_network makes all numbers of a network others") {
   CHECK(plan.set_network(0, grid).error().field == "networks[0].shear");
 }
 
-TEST_CASE("pose: quaternions and matrices are what axis times angle says") {
+TEST_CASE("pose: quaternions and matrices give the rotation of axis times angle") {
   const double angle = 2.5;
   const Vec3 axis{2.0 / 3, -1.0 / 3, 2.0 / 3};
   const double s = std::sin(angle / 2);
@@ -477,7 +477,7 @@ TEST_CASE("points: vectors of floats or doubles at any stride are read where the
   CHECK((points.size() == 1 && points[0] == doubles[0] && Points().empty()));
 }
 
-TEST_CASE("cloth: edges and bends of triangles, and what is between two states") {
+TEST_CASE("cloth: edges, bend pairs and springs come from triangles, and blend() mixes two states") {
   const std::vector<Triangle> triangles{{0, 1, 2}, {2, 1, 3}, {4, 3, 1}};
   CHECK(edges(triangles) == std::vector<Pair>{{0, 1}, {0, 2}, {1, 2}, {1, 3}, {1, 4}, {2, 3}, {3, 4}});
   CHECK(bend_pairs(triangles) == std::vector<Pair>{{0, 3}, {2, 4}});

@@ -103,7 +103,7 @@ TEST_CASE("jumps: a character that is carried 100 m or 1000 km away changes noth
   }
 }
 
-TEST_CASE("jumps: what jumps rests there through the next step, where no target follows, and a target that waited is dropped") {
+TEST_CASE("jumps: pins that jump rest there through the next step, and drop the target that waited") {
   const Character character;
   Batch<double> batch(Layout::soa, character.joined.x.size());
   test::place(character.joined, batch.view());
@@ -121,7 +121,7 @@ TEST_CASE("jumps: what jumps rests there through the next step, where no target 
   }
 }
 
-TEST_CASE("jumps: so does what follows a pose") {
+TEST_CASE("jumps: followers of a pose jump with it, and rest there") {
   const Character character;
   Batch<double> batch(Layout::soa, character.joined.x.size());
   test::place(character.joined, batch.view());
@@ -150,7 +150,7 @@ TEST_CASE("jumps: a call of no steps puts pins where they have jumped to") {
 
 // A ball rests at x = -4 m until `jump`, is at 4 m from then on, and continues at 10 m/s: a stone at 0 is not swept, one at
 // 4.75 m is pushed. The first particle is carried.
-TEST_CASE("jumps: to a key that jumps nothing is swept, within a step or at its end, and what follows goes on from there") {
+TEST_CASE("jumps: a key that jumps sweeps nothing, within a step or at its end, and the motion goes on from it") {
   for (const double jump : {0.1, 0.137}) {
     for (const Arrival arrival : {Arrival::moving, Arrival::jump}) {
       CAPTURE(jump);
@@ -183,7 +183,7 @@ TEST_CASE("jumps: to a key that jumps nothing is swept, within a step or at its 
   }
 }
 
-TEST_CASE("jumps: one that no step has begun with goes on in another plan") {
+TEST_CASE("jumps: a jump that no step has begun with goes on in another plan") {
   const Character character;
   Batch<double> one(Layout::soa, character.joined.x.size()), two(Layout::soa, character.joined.x.size());
   for (auto* batch : {&one, &two}) test::place(character.joined, batch->view());

@@ -16,7 +16,7 @@ namespace living::births_test {
 
 using test::is_close;
 
-TEST_CASE("without order, births and then the last take the places of those that go; births not sure of room follow") {
+TEST_CASE("without order, births and then the last particles fill the holes; births that may lack room come last") {
   struct Case {
     std::size_t capacity;
     std::array<std::uint32_t, 7> wanted;  // a birth has no number
@@ -65,7 +65,7 @@ TEST_CASE("an emitter works from its start to its end") {
 }
 
 // Times and rates are accurate to a relative 2^-50: sums of that size are correct only to their last bit.
-TEST_CASE("a birth belongs to a time that is earlier by its rounding, and to none that is earlier than that") {
+TEST_CASE("a birth counts at a time that is early by less than one part in 2^50, and not at an earlier one") {
   const Emitter emitter{.rate = 1};
   const auto by = [&](double seconds) { return births_until(emitter, {.seconds = seconds, .carry = 0}).whole; };
   for (const double number : {1.0, 2.0, 1024.0}) {  // (1 - 2^-50) (1 + 2^-50) = 1 - 2^-100 is below 1

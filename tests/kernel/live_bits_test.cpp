@@ -71,7 +71,7 @@ TEST_CASE_TEMPLATE("same bits on any number of threads" * doctest::test_suite("t
   check(unordered, each, 4);
 }
 
-TEST_CASE("most that go at once find the spill too small, and the bits are the same") {
+TEST_CASE("three of four particles removed at once exceed the spill, and two threads give the bits of one") {
   constexpr std::size_t capacity = steps_worth_threads + 4;
   const auto bytes = [&](std::size_t threads) {
     Living<float> living(Layout::soa, capacity);

@@ -147,7 +147,7 @@ double deepest(const Alive<T>& alive) {
 
 // ---- bits -----------------------------------------------------------------------------------------------------------------
 
-TEST_CASE_TEMPLATE("balls of which none come and go step as a plan's do, to the bit", T, float, double) {
+TEST_CASE_TEMPLATE("balls of a live plan without births or removals step as a plan's do, to the bit", T, float, double) {
   const Scene scene = box();
   Balls balls;
   for (std::size_t n = 0; n < 9; ++n) {
@@ -194,7 +194,7 @@ TEST_CASE_TEMPLATE("pours have the same bits on every ISA, in every layout and b
   }
 }
 
-TEST_CASE("threads change no bit where there are enough for them to take part") {
+TEST_CASE("threads change no bit of a batch large enough for them to take part") {
   constexpr std::size_t capacity = 18'000, first = 16'300;
   Scene scene;
   scene.add(Constant{.acceleration = {0, -9.81, 0}});
@@ -291,7 +291,7 @@ TEST_CASE_TEMPLATE("a pile is poured, settles without overlap, and drains", T, f
   CHECK(alive.live.removed == 240);
 }
 
-TEST_CASE("a full capacity drops births and keeps what lives") {
+TEST_CASE("a full capacity drops births and keeps the living balls") {
   Lifecycle turnover = poured(50, 2000);
   const auto plan = made<double>(box(), turnover);
   Alive<double> alive(50);
@@ -332,7 +332,7 @@ std::vector<double> renumbered(const std::vector<double>& carried, const std::ve
   return kept;
 }
 
-TEST_CASE_TEMPLATE("what keeps balls apart stays with them when others before them die", T, float, double) {
+TEST_CASE_TEMPLATE("carried numbers of pairs stay with their balls when others before them die", T, float, double) {
   Lifecycle turnover = poured(1300, 0);
   const auto plan = made<T>(box(), turnover);
   Alive<T> alive(1300);
@@ -394,7 +394,7 @@ TEST_CASE_TEMPLATE("balls that are born within each other part slowly", T, float
   CHECK(deepest(alive) < 0.02);
 }
 
-TEST_CASE("balls of which all were apart are pushed apart as a plan's are, however deep they come") {
+TEST_CASE("balls that all began apart are pushed apart as a plan's are, however deep they come") {
   Scene scene = box();
   scene.meet->rounds = 2;
   const Balls balls = test::heap(400, 8, 2 * r);
@@ -408,7 +408,7 @@ TEST_CASE("balls of which all were apart are pushed apart as a plan's are, howev
   CHECK(test::values_of(alive.live.state) == test::values_of(expected.state()));
 }
 
-TEST_CASE("two that begin in one place part at the speed that is documented, with and without a weight") {
+TEST_CASE("two balls that begin within each other part at the documented speed, with and without a weight") {
   for (const double g : {9.81, 0.0}) {
     Scene scene;
     scene.add(Constant{.acceleration = {0, -g, 0}});
@@ -425,7 +425,7 @@ TEST_CASE("two that begin in one place part at the speed that is documented, wit
 
 // ---- motions, reports, workspaces -------------------------------------------------------------------------------------------
 
-TEST_CASE("a pile weighs on the floor what its balls weigh, and one ball what it weighs") {
+TEST_CASE("a pile presses the floor with the weight of its balls, and one ball with its own") {
   constexpr std::size_t steps = 60;
   for (const std::size_t count : {std::size_t{200}, std::size_t{1}}) {
     const auto plan = made<double>(box(), poured(300, 0));
@@ -439,7 +439,7 @@ TEST_CASE("a pile weighs on the floor what its balls weigh, and one ball what it
   }
 }
 
-TEST_CASE_TEMPLATE("where a ball is taken away by hand, nothing that was kept of pairs is another's", T, float, double) {
+TEST_CASE_TEMPLATE("balls added after the caller cut the count inherit nothing that was kept of pairs", T, float, double) {
   const auto plan = made<T>(box(), poured(600, 0));
   Alive<T> alive(600), again(600);
   alive.add(test::heap(512, 8, 2 * r));
@@ -456,7 +456,7 @@ TEST_CASE_TEMPLATE("where a ball is taken away by hand, nothing that was kept of
   CHECK(alive.bytes() == again.bytes());
 }
 
-TEST_CASE("a tray that is lifted carries what lies on it, in the plan's and in a workspace of one's own") {
+TEST_CASE("a lifted tray carries the balls on it, and a workspace must be driven by its own poses") {
   Scene scene;
   scene.mass = 0.02;
   scene.add(Constant{.acceleration = {0, -9.81, 0}});

@@ -242,7 +242,7 @@ TEST_CASE("births and removals are as a plain model says, with room and without"
 }
 
 // The last births take the places of the first ones removed, but of no particle that was there before.
-TEST_CASE("births that are removed in their own step, three runs of them, leave the others as a plain model says") {
+TEST_CASE("births removed in their own step, in three runs, leave the others as a plain model does") {
   Lifecycle turnover = everything(45'000, 64 * 36'000, SurvivorOrder::any);
   turnover.emitters.erase(turnover.emitters.begin());
   turnover.emitters[0].rate = 64 * 36'000;
@@ -251,7 +251,7 @@ TEST_CASE("births that are removed in their own step, three runs of them, leave 
 }
 
 // Three runs: some have more births than holes, some fewer, and some births are removed at once.
-TEST_CASE("births that find no hole in their run take the ends of others, as a plain model says") {
+TEST_CASE("births without a hole in their run take the ends of others, as a plain model says") {
   for (const double births : {200.0, 2000.0, 9000.0}) {
     Lifecycle turnover = everything(5 * run, 64 * births, SurvivorOrder::any);
     turnover.emitters[1].start = 0;
@@ -260,7 +260,7 @@ TEST_CASE("births that find no hole in their run take the ends of others, as a p
   }
 }
 
-TEST_CASE("where all of one run goes, births that find no hole in the others take its end, and the last the rest of it") {
+TEST_CASE("a whole run that goes is filled by births without a hole elsewhere and then by the last, as a plain model says") {
   Lifecycle turnover{.emitters = {jet(64 * 6000, 1)}, .removal = {.order = SurvivorOrder::any}, .capacity = 5 * run};
   check_against_model(turnover, 2, run);
 }

@@ -43,7 +43,7 @@ TEST_CASE("particles that are not finite stay unless they are to be removed, and
   }
 }
 
-TEST_CASE("remove takes away what the caller marked, and moves nothing on") {
+TEST_CASE("remove() takes away the particles that the caller marked, and steps nothing") {
   const auto plan = make<float>(fountain(), {.emitters = {jet(100, 1)}, .removal = {}, .capacity = 40});
   Living<float> living(Layout::aos, 40);
   living.fill(40);
@@ -57,7 +57,7 @@ TEST_CASE("remove takes away what the caller marked, and moves nothing on") {
   CHECK(living.live.state.clock.seconds == 0);
 }
 
-TEST_CASE("one that goes is closed up behind, far from where it was and where no other goes, on any number of threads" *
+TEST_CASE("one removal moves every later particle up by one, to the far end, on any number of threads" *
           doctest::test_suite("threads")) {
   constexpr std::size_t capacity = steps_worth_threads + 1000;
   const auto plan = make<float>({}, {.emitters = {}, .removal = {}, .capacity = capacity});

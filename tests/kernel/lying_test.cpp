@@ -91,7 +91,7 @@ std::vector<Contact> grounds(double mu, double viscosity) {
           OrientedBox{.center = {0.5, -0.2, 0.5}, .half_extents = {0.3, 0.3, 0.3}, .friction = mu, .viscosity = viscosity}};
 }
 
-TEST_CASE("lying: cloth on what moves at one velocity lies as on what rests") {
+TEST_CASE("lying: cloth on a ground that moves at one velocity lies as on a ground at rest") {
   constexpr std::size_t fewer = 50;
   std::size_t turn = 0;  // grids and lists take turns, and so do the grounds if friction or viscosity is zero
   for (const Way& way : ways) {
@@ -122,7 +122,7 @@ TEST_CASE("lying: cloth on what moves at one velocity lies as on what rests") {
   }
 }
 
-TEST_CASE("lying: what friction holds against springs on a floor that moves stays where the floor takes it, call by call") {
+TEST_CASE("lying: particles that friction holds against springs stay on a moving floor, by one call or by many") {
   std::vector<Way> all(std::begin(ways), std::end(ways));
   all.push_back(pairs_way);
   for (const Way& way : all) {
@@ -155,7 +155,7 @@ TEST_CASE("lying: what friction holds against springs on a floor that moves stay
   }
 }
 
-TEST_CASE("lying: what comes to rest on a floor is told as impacts while it falls, and as none from then on") {
+TEST_CASE("lying: a sheet that comes to rest on a floor has impacts while it falls, and none from then on") {
   for (const Way& way : ways) {
     for (const bool is_list : {false, true}) {
       Joined joined = sheet_over(grounds(0.3, 0.2)[0], way.coupling);

@@ -88,7 +88,7 @@ TEST_CASE("the bits do not depend on the threads" * doctest::test_suite("threads
   }
 }
 
-TEST_CASE("so few that no thread is worth waking are one thread's work") {
+TEST_CASE("a batch too small to be worth waking threads is stepped by one thread") {
   Stepped<float> few(sliding(), layers(parallel_from_of_balls - 1), {});
   test::Threads threads(2);
   few.step(1, threads.parallel_for());
@@ -215,7 +215,7 @@ TEST_CASE_TEMPLATE("a push that comes to a far pair is handed on in the same sub
   goes_on(stepped, -0.075);
 }
 
-TEST_CASE("a plan forgets what another state did") {
+TEST_CASE("a workspace carries nothing from one state over to another") {
   const Balls balls = test::heap(150, 5, d);
   Stepped<double> first(falling(), balls, {});
   Stepped<double> second(falling(), balls, {});
@@ -253,7 +253,7 @@ TEST_CASE("a workspace has lists of its own for plans of other radii and of othe
   }
 }
 
-TEST_CASE("too many neighbours are told, and the state is what it was") {
+TEST_CASE("too many neighbours are reported, and the state is unchanged") {
   Balls balls;
   for (std::size_t n = 0; n < 27; ++n) {
     balls.add({0.02 * static_cast<double>(n % 3), 0.02 * static_cast<double>(n / 3 % 3), 0.02 * static_cast<double>(n / 9)},
@@ -274,7 +274,7 @@ TEST_CASE("too many neighbours are told, and the state is what it was") {
   CHECK(enough.plan().meetings().most == 6);
 }
 
-TEST_CASE_TEMPLATE("particles that are nowhere are met by none, and the others are unharmed", T, float, double) {
+TEST_CASE_TEMPLATE("particles that are not finite meet none, and the others are unharmed", T, float, double) {
   Balls balls = test::heap(60, 4, d);
   Scene scene = test::box_of(0.085, 0.5);
   scene.add(Constant{.acceleration = {0, -9.81, 0}});
@@ -342,7 +342,7 @@ TEST_CASE("groups that do not meet pass through each other") {
   CHECK(speed() == doctest::Approx(1));
 }
 
-TEST_CASE("a scene says what is wrong with its meetings") {
+TEST_CASE("wrong values of a scene's meet are refused by name") {
   const Balls balls = test::heap(8, 2, 1.0);
   const auto message = [&](const Meet& meet, const auto& change) {
     Scene scene;
@@ -413,7 +413,7 @@ TEST_CASE("more pairs than 32 bits number are refused") {
         "meet.most_neighbours is 255: must be at most 254 for so many particles, " + std::to_string(many.size()));
 }
 
-TEST_CASE("a part of particles that meet is refused where it is not told of the others'") {
+TEST_CASE("a part of particles that meet is refused if it gets no meetings of the other parts") {
   Scene scene;
   scene.add(Meet{.radius = 0.5});
   Options options;
@@ -423,7 +423,7 @@ TEST_CASE("a part of particles that meet is refused where it is not told of the 
         "meet is there: must be left out of a scene that is stepped in parts without elsewhere.meetings");
 }
 
-TEST_CASE("nobody looks ahead of particles that meet") {
+TEST_CASE("seek is refused for particles that meet") {
   Scene scene;
   scene.add(Meet{.radius = 0.5});
   Stepped<double> stepped(scene, test::heap(8, 2, 1.0), {});

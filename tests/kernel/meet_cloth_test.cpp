@@ -110,7 +110,7 @@ TEST_CASE("a sheet that crumples on the floor does not cross itself") {
   CHECK(worst_of_crumpling(true) == 0);
 }
 
-TEST_CASE("of two sheets that fall on each other none passes the other") {
+TEST_CASE("two sheets that fall on each other do not pass through each other") {
   const Sheet low{0, 10, 10};
   const Sheet high{100, 10, 10};
   Balls balls;
@@ -199,7 +199,7 @@ std::size_t worst_of_unlike_cells(const Meet& meet) {
   return worst;
 }
 
-TEST_CASE("a sheet of unlike cells crosses itself by one thickness that its narrowest allow, and not by a part of each") {
+TEST_CASE("a sheet of unlike cells crosses itself with one thickness for all, and not with a part of each cell") {
   CHECK(worst_of_unlike_cells({.thickness = 0.95 * side, .friction = 0.25, .most_neighbours = 64}) > 20);
   CHECK(worst_of_unlike_cells({.part_of_cells = 0.95, .friction = 0.25, .most_neighbours = 64}) == 0);
 }
@@ -220,7 +220,7 @@ TEST_CASE("a thickness between the narrowest and the widest cell is taken, a wid
   CHECK(shakes(refusal({.part_of_cells = 0.9, .near_at_start = NearAtStart::meet})));
 }
 
-TEST_CASE("a sheet of unlike cells that nothing moves stays as it is, with every spring that is shorter than its ends' part") {
+TEST_CASE("a sheet of unlike cells at rest stays as it is, even where a spring is shorter than its ends' thickness") {
   const UnlikeSheet sheet({0, 1, 0});
   Scene scene;
   scene.add(Network{sheet.springs});
@@ -376,7 +376,7 @@ TEST_CASE("layers that start too near are counted, neighbours in a sheet are not
   CHECK(two_layers(1.01 * thickness, meet).plan().explain().find("pairs of layers") == std::string::npos);
 }
 
-TEST_CASE("layers that start too near count once one of them can yield, by what each pair wants, and along rods too") {
+TEST_CASE("layers that start too near count if one can yield, and layers that rods keep side by side do not") {
   const auto two = [](double height, const auto& change) {
     Balls balls;
     for (std::size_t i = 0; i < 32; ++i) {
@@ -413,7 +413,7 @@ TEST_CASE("layers that start too near count once one of them can yield, by what 
         }) == 0);
 }
 
-TEST_CASE("where particles are all in one place, no more pairs of layers are counted than there are particles") {
+TEST_CASE("pairs of layers are counted up to the number of particles where all are in one place") {
   Balls balls;
   for (std::size_t i = 0; i < 80 * 80; ++i) balls.add({});
   Scene scene;

@@ -139,8 +139,8 @@ AxisState stepped(Kind kind, Method method, std::size_t axis, const AxisState& a
 constexpr Vec3 start_x{0.7, -0.25, 1.3};
 constexpr Vec3 start_v{-1.1, 2.0, 0.4};
 
-TEST_CASE_TEMPLATE("methods: each one's contributions of every kind of force are their closed forms, step after step", T, float,
-                   double) {
+TEST_CASE_TEMPLATE("methods: each method's contributions of every kind of force follow their closed forms, step after step", T,
+                   float, double) {
   for (std::size_t k = 0; k < kinds.size(); ++k) {
     for (std::size_t m = 0; m < separate_methods.size(); ++m) {
       for (const double h : {1.0 / 240, 1.0 / 60, 0.05}) {
@@ -180,7 +180,7 @@ TEST_CASE_TEMPLATE("methods: each one's contributions of every kind of force are
 }
 
 // Forces that depend on time alone are integrated completely, for any number of them and any step.
-TEST_CASE_TEMPLATE("methods: forces of time alone by exact end where their integrals do, in one step as in many", T, float,
+TEST_CASE_TEMPLATE("methods: forces of time alone reach their integrals by the exact method, in one step as in many", T, float,
                    double) {
   const Real t = 2;
   for (std::size_t axis = 0; axis < 3; ++axis) {
@@ -210,7 +210,7 @@ TEST_CASE_TEMPLATE("methods: forces of time alone by exact end where their integ
 }
 
 // Particles with individual anchors and one spring by each method: the forces of a particle may have different methods.
-TEST_CASE_TEMPLATE("methods: a force may name its own, and each particle has its anchor", T, float, double) {
+TEST_CASE_TEMPLATE("methods: each force may name its own method, and each particle has its own anchor", T, float, double) {
   const double h = 1.0 / 60;
   const std::vector<Vec3> anchors{{0.5, -1, 2}, {-0.25, 0.75, 0}, {3, 0.1, -0.6}, {0, 0, 0}, {1, 1, 1}};
   Scene scene;

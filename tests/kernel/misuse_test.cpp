@@ -43,7 +43,7 @@ State<T> without_memory(State<T> state, std::size_t axis = 2) {
   return state;
 }
 
-TEST_CASE("misuse: a start without memory is an error where it is read, of plans and all that looks at a state") {
+TEST_CASE("misuse: a state without memory is an error wherever it is read") {
   Rope own;
   const State<double> nowhere = without_memory(own.state);
   CHECK(compile<double>(rope(), {.step = frame}, nowhere).error().message() ==

@@ -34,7 +34,7 @@ int substeps_of_step(const Joined& joined, double h, const State<double>& start)
   return substeps_of(compile<double>(scene, {.step = h, .longest_step = frame}, start).value());
 }
 
-TEST_CASE("most_substeps: a hitch becomes the longest step that so many sub-steps take, in every scheme") {
+TEST_CASE("most_substeps: a hitch is cut to the longest step that the limit allows, in every scheme") {
   const Joined sheet = test::sheet(4, 5, 300);
   for (const Joined& joined : {sheet, test::as_list(sheet)}) {
     Batch<double> batch(Layout::soa, joined.x.size());
@@ -61,7 +61,7 @@ TEST_CASE("most_substeps: a hitch becomes the longest step that so many sub-step
   }
 }
 
-TEST_CASE("most_substeps: after a hitch the plan is the one compiled for the step that it takes, and time goes on by that") {
+TEST_CASE("most_substeps: a plan after a hitch steps as one compiled for the step that it takes") {
   for (const Scheme scheme : {Scheme::leapfrog, Scheme::sequential}) {
     const Joined joined = with(test::sheet(4, 5, 300), {.scheme = scheme, .most_substeps = 12});
     Batch<double> one(Layout::soa, joined.x.size()), two(Layout::soa, joined.x.size());
@@ -78,7 +78,7 @@ TEST_CASE("most_substeps: after a hitch the plan is the one compiled for the ste
   }
 }
 
-TEST_CASE("most_substeps: sub-steps of sweeps that are asked for stay as long as they are, and so many of them are a step") {
+TEST_CASE("most_substeps: sweeps keep the sub-step length that was asked for, and a hitch takes the most of them") {
   const Joined joined = with(test::sheet(4, 5, 300), {.scheme = Scheme::sequential, .substeps = 4, .most_substeps = 8});
   Batch<double> batch(Layout::soa, joined.x.size());
   test::place(joined, batch.view());
@@ -90,7 +90,7 @@ TEST_CASE("most_substeps: sub-steps of sweeps that are asked for stay as long as
   CHECK(plan.step_size() == 1.5 * frame);
 }
 
-TEST_CASE("most_substeps: a step or a change that needs more is refused, with what would do") {
+TEST_CASE("most_substeps: a step or a change that needs more is refused, with the number that would suffice") {
   Joined joined = test::sheet(4, 5, 300);
   Batch<double> batch(Layout::soa, joined.x.size());
   test::place(joined, batch.view());
@@ -116,7 +116,7 @@ TEST_CASE("most_substeps: a step or a change that needs more is refused, with wh
   CHECK(compile<double>(joined.scene, {.step = frame}, batch.view()).error().field == "coupling.most_substeps");
 }
 
-TEST_CASE("most_substeps: a scheme that is left open becomes one that they are enough for") {
+TEST_CASE("most_substeps: an automatic scheme becomes one that the limit suffices for") {
   const Joined joined = test::as_list(test::sheet(6, 7, 40));
   Batch<double> batch(Layout::soa, joined.x.size());
   test::place(joined, batch.view());

@@ -46,7 +46,7 @@ TEST_CASE("motions: a pose asked for each step moves pins and surfaces as keys a
   }
 }
 
-TEST_CASE("motions: places asked for each step move each pin, and where none is asked for they rest") {
+TEST_CASE("motions: places asked for each step move each pin, and pins without a new place rest") {
   const Joined keyed = carried(test::sheet(5, 6, 40, 0.002), along({1, 0, 0.5}));
   Joined asked = keyed;
   asked.scene.motions[0].keys.resize(1);
@@ -69,7 +69,7 @@ TEST_CASE("motions: places asked for each step move each pin, and where none is 
   CHECK(stopped[6 * pin + 3] == 0);
 }
 
-TEST_CASE("motions: a pose asked for is reached in the next step, with as many calls as the caller likes") {
+TEST_CASE("motions: a pose is reached in the next step and held, by one call or by many") {
   Joined joined = carried(test::sheet(5, 6, 40, 0.002), along({0, 0, 0}));
   joined.scene.coupling = {.scheme = Scheme::sequential, .substeps = 3};
   test::Batch<float> one(test::Layout::soa, joined.x.size());

@@ -83,7 +83,7 @@ TEST_CASE_TEMPLATE("motions: a grain that two boxes squeeze is lifted by frictio
   }
 }
 
-TEST_CASE("motions: what two boxes squeeze has the twin's bits on every instruction set") {
+TEST_CASE("motions: a grain that two boxes squeeze has the twin's bits on every instruction set") {
   for (const double friction : {0.0, 0.05, 0.6}) {
     Joined joined = in_grip(grain(), 0.004, friction);
     joined.scene.contacts.push_back(Plane{.offset = -0.2, .restitution = 0.5});

@@ -106,7 +106,7 @@ TEST_CASE("motions: a pose is carried linearly, and turns about a fixed axis the
   CHECK(test::is_close(at(9).place({1, 0, 0})[2], std::sqrt(0.5), 1e-15));
 }
 
-TEST_CASE("motions: everything that moves at one velocity moves as at rest, but for that way") {
+TEST_CASE("motions: a scene that moves at one velocity moves as at rest, apart from the way travelled") {
   constexpr std::size_t steps = 60;
   Joined still = test::sheet(7, 9, 40, 0.002);
   still.scene.add(Drag{.coefficient = 1e-3});
@@ -125,7 +125,7 @@ TEST_CASE("motions: everything that moves at one velocity moves as at rest, but 
   }
 }
 
-TEST_CASE("motions: a pendulum whose pivot sways is as right as its scheme's order says") {
+TEST_CASE("motions: a pendulum whose pivot sways converges by its scheme's order") {
   const Bob wanted = pendulum_by_runge_kutta();
   const auto error = [&](const Coupling& coupling, int substeps) {
     Joined joined = pendulum();
@@ -217,7 +217,7 @@ TEST_CASE("motions: kinematic particles are where the motion has them, whatever 
   }
 }
 
-TEST_CASE("motions: without networks too, particles follow them") {
+TEST_CASE("motions: particles follow a motion without networks, too") {
   Joined joined;
   joined.name = "three alone";
   joined.x = {{0, 0, 0}, {1, 0, 0}, {2, 0, 0}};
@@ -232,7 +232,7 @@ TEST_CASE("motions: without networks too, particles follow them") {
   CHECK(values[12 + 5] == 5);
 }
 
-TEST_CASE("motions: what is wrong with them is named") {
+TEST_CASE("motions: wrong motions and followers are refused by name") {
   const Joined joined = test::sheet(3, 3, 40);
   const auto message = [&](auto change) {
     Scene scene = carried(joined, along({1, 0, 0})).scene;

@@ -80,7 +80,7 @@ std::vector<Contact> bodies() {
                             {{0, -1, 0}, 1}}}};
 }
 
-TEST_CASE("motions: what slides along a body, and off it, does so alike whatever moves with it") {
+TEST_CASE("motions: particles slide along and off a body alike, whether all moves at one velocity or rests") {
   for (const Contact& body : bodies()) {
     for (const std::pair<double, double>& of : {std::pair(0.0, 0.0), std::pair(0.0, 0.5), std::pair(0.6, 0.2)}) {
       const double friction = of.first;
@@ -181,7 +181,7 @@ TEST_CASE("motions: a ball lies on a turntable that holds it, and is carried rou
   CHECK(std::abs(values[6] + 0.25 * std::sin(2.0)) < 1e-9);
 }
 
-TEST_CASE("motions: what slips on a turntable speeds up by friction against it") {
+TEST_CASE("motions: friction speeds up a particle that slips on a turntable") {
   // mu g = 0.981 m/s^2 in the first moments; the table moves at 1 m/s there.
   Joined joined;
   joined.name = "slipping";

@@ -48,13 +48,13 @@ TEST_CASE("old names: replace is set_force and set_contact") {
   CHECK(old_names != hash_after([](auto&) {}));
 }
 
-TEST_CASE("old names: what comes and goes, and what a part knows of the whole") {
+TEST_CASE("old names: Turnover, LivePlan and Elsewhere are Lifecycle, LifecyclePlan and PartContext") {
   CHECK(std::is_same_v<Turnover, Lifecycle>);
   CHECK(std::is_same_v<LivePlan<float>, LifecyclePlan<float>>);
   CHECK(std::is_same_v<Elsewhere, PartContext>);
 }
 
-TEST_CASE("names: those that people look for are what is here under another one") {
+TEST_CASE("names: Pins, MaxDistance and Tether are Kinematic, Skin and Tethers") {
   CHECK(std::is_same_v<Pins, Kinematic>);
   CHECK(std::is_same_v<MaxDistance, Skin>);
   CHECK(std::is_same_v<Tether, Tethers>);

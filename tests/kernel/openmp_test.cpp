@@ -62,7 +62,7 @@ TEST_CASE("openmp: two callers of one team at once both have their loops done") 
 }
 
 // One task waits for the end of another. The thread that runs it must not delay the others' tasks.
-TEST_CASE("openmp: what a thread that is held up leaves is done by the others") {
+TEST_CASE("openmp: the tasks that a held-up thread leaves are done by the others") {
   const OpenMpTeam team(2);
   struct Held {
     std::atomic<int> done{0};

@@ -368,7 +368,7 @@ void see_responses(Margin& margin, const Oracle& oracle, const Run& run, std::si
   }
 }
 
-TEST_CASE_TEMPLATE("oracles: psi_0 to psi_5 as what a step answers to a kick, a push, a ramp and on", T, float, double) {
+TEST_CASE_TEMPLATE("oracles: psi_0 to psi_5 are the responses of a step to a kick, a push, a ramp and on", T, float, double) {
   const Oracle oracle("psi.csv");
   for_each_run([&](const Run& run, const std::string& words) {
     Margin each, together;

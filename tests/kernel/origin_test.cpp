@@ -40,7 +40,7 @@ Scene orbit(Anchor anchor, Origin origin) {
   return scene;
 }
 
-TEST_CASE_TEMPLATE("origin: one each gives a far orbit the bits of the one at home", T, float, double) {
+TEST_CASE_TEMPLATE("origin: an origin for each particle gives a far orbit the bits of the orbit at home", T, float, double) {
   const std::vector<Vec3> anchors{{0, 0, 0}, {far, 0, 0}, {far, -far, 3 * far}};
   const std::vector<Vec3> start(3, Vec3{1, 0.5, 0});
   const auto values = moved<T>(orbit(anchors, anchors), start, {0, 0, 3}, 1000);
@@ -50,7 +50,7 @@ TEST_CASE_TEMPLATE("origin: one each gives a far orbit the bits of the one at ho
   }
 }
 
-TEST_CASE("origin: one anchor for all, seen from an origin each") {
+TEST_CASE("origin: one anchor for all is the same place seen from each particle's origin") {
   const std::vector<Vec3> origins{{2, 0, 0}, {-3, 1, 0}};
   const auto local = moved<double>(orbit(Vec3{1, 0, 0}, origins), {{0, 0, 0}, {0, 0, 0}}, {0, 1, 0}, 50);
   const auto world = moved<double>(orbit(Vec3{1, 0, 0}, {}), origins, {0, 1, 0}, 50);
@@ -92,7 +92,7 @@ TEST_CASE("origin: surfaces, radial springs, springs of a network and held point
   }
 }
 
-TEST_CASE("origin: what cannot be is refused by name") {
+TEST_CASE("origin: wrong origins are refused by name") {
   Batch<float> batch(Layout::soa, 2);
   for (std::size_t i = 0; i < 2; ++i) {
     for (std::size_t axis = 0; axis < 3; ++axis) batch.view().x[axis][i] = batch.view().v[axis][i] = 0;

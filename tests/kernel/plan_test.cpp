@@ -218,7 +218,7 @@ TEST_CASE("coefficients beyond the scalar type are refused, at compile and at se
   CHECK(test::difference(before, stepped(*plan)).empty());
 }
 
-TEST_CASE("coefficients each beyond the scalar type are refused too") {
+TEST_CASE("a single particle's coefficient beyond the scalar type is refused too") {
   Scene scene = with_force(Spring{.stiffness = std::vector<double>{1, 1, 1, 1, 1e30}, .method = Method::symplectic_euler});
   CHECK_FALSE(compiled<float>(scene, {.step = 1e10}).has_value());
 }

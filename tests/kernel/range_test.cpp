@@ -34,7 +34,7 @@ Scene with(const Part& part) {
 
 constexpr double hz60 = 1.0 / 60;
 
-TEST_CASE("range: what float32 cannot hold is refused by name, and float64 takes it") {
+TEST_CASE("range: a value that float32 cannot hold is refused by name, and float64 takes it") {
   const auto check = [](const Scene& scene, const std::string& field, double step = hz60) {
     CAPTURE(field);
     CHECK(refused<float>(scene, step) == field);
@@ -66,7 +66,7 @@ TEST_CASE("range: what float32 cannot hold is refused by name, and float64 takes
   check(light, "mass", 1e-30);
 }
 
-TEST_CASE("range: what the origin brings near is taken") {
+TEST_CASE("range: a far place that the origin brings near is taken") {
   Scene scene = with(Spring{.stiffness = 1.0, .anchor = Vec3{1e39, 0, 0}});
   scene.add(Sphere{.center = {1e39, 0, 0}});
   scene.origin = Vec3{1e39, 0, 0};

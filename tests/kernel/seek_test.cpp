@@ -94,7 +94,7 @@ TEST_CASE("seek refuses what is not affine, names it, and moves nothing") {
   CHECK(refusal(fixed).field == "fixed");
 }
 
-TEST_CASE("seek refuses a state of another count, or one that holds too few") {
+TEST_CASE("seek refuses a state of another count, or with a column that is too short") {
   const NamedScene each = test::affine_scenes(count)[9];
   const Plan<double> plan = make_plan<double>(each);
   Batch<double> other(Layout::soa, count + 1);

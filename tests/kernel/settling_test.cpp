@@ -62,7 +62,7 @@ double depth(const State<T>& state) {
   return deepest;
 }
 
-TEST_CASE_TEMPLATE("settling: nothing ends a step inside a surface", T, float, double) {
+TEST_CASE_TEMPLATE("settling: no particle ends a step inside a surface", T, float, double) {
   for (const Joined& joined : scenes()) {
     CAPTURE(joined.name);
     Batch<T> batch(Layout::soa, joined.x.size());
@@ -105,7 +105,7 @@ TEST_CASE_TEMPLATE("settling: the same bits on every instruction set", T, float,
 
 // Particles without contact stay unchanged: a floor far below changes nothing. (Without contacts sweeps count positions from
 // the step's start.)
-TEST_CASE_TEMPLATE("settling: what is outside stays where it is", T, float, double) {
+TEST_CASE_TEMPLATE("settling: a floor out of reach changes nothing of constrained particles", T, float, double) {
   for (Joined joined : scenes()) {
     if (joined.scene.constraints.empty()) continue;
     CAPTURE(joined.name);

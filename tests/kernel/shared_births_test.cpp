@@ -114,7 +114,7 @@ class Part {
   std::vector<LifecyclePlan<float>> plan_;
 };
 
-TEST_CASE("shared births: parts hold what one plan holds, in the order of their numbers, also where births find no room") {
+TEST_CASE("shared births: parts together hold the particles of one plan, in order, also if births find no room") {
   for (const std::size_t capacity : {std::size_t{4096}, std::size_t{300}}) {
     CAPTURE(capacity);
     Part whole(capacity, {});
@@ -155,7 +155,7 @@ TEST_CASE("shared births: parts hold what one plan holds, in the order of their 
   }
 }
 
-TEST_CASE("shared births: what parts cannot share is refused by name") {
+TEST_CASE("shared births: a wrong part, a missing count and any survivor order are refused by name") {
   const auto refusal = [](const Lifecycle& turnover, SharedBirths shared) {
     Options options{.step = h};
     options.elsewhere.births = shared;

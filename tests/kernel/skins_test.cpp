@@ -172,7 +172,7 @@ TEST_CASE("skins: a limit of 0 is a kinematic particle") {
   CHECK(coarse / fine > 3);
 }
 
-TEST_CASE("skins: nothing gets behind a skin that comes at any speed, of any instruction set") {
+TEST_CASE("skins: no particle gets behind a skin that comes at any speed, on any instruction set") {
   // Particles at rest in front of a wall of skin points: small balls behind it, met head-on, and large ones, met beside their
   // points.
   for (const auto& [radius, aside] : {std::pair{0.1, 0.0}, std::pair{5.0, 0.02}}) {
@@ -210,7 +210,7 @@ TEST_CASE("skins: nothing gets behind a skin that comes at any speed, of any ins
   }
 }
 
-TEST_CASE("skins: a skin that turns pushes what its ball comes upon, and lets it go no slower than it comes itself") {
+TEST_CASE("skins: a turning skin pushes a particle off its ball at least as fast as the ball comes") {
   // The point rests, the normal turns by 1 rad/s, and the ball 1 m behind moves down onto the particle with it.
   Joined joined;
   joined.name = "a skin that turns";
@@ -231,7 +231,7 @@ TEST_CASE("skins: a skin that turns pushes what its ball comes upon, and lets it
   CHECK(length(velocity_of(at, 0)) > 0.5);
 }
 
-TEST_CASE("skins: what the caller drives along a motion's way does what the motion does") {
+TEST_CASE("skins: a skin that the caller drives along a motion's way does as under the motion") {
   const Joined by_motion = boosted(skirt());
   Joined by_calls = by_motion;
   by_calls.scene.skins[0].motion.reset();
@@ -251,7 +251,7 @@ TEST_CASE("skins: what the caller drives along a motion's way does what the moti
   }
 }
 
-TEST_CASE("skins: after its way a skin rests, without normals they stay, and a clone starts where the plan did") {
+TEST_CASE("skins: a driven skin rests where its way ends and keeps normals that are not given; a clone starts undriven") {
   const Joined joined = skirt();
   std::vector<Vec3> there;
   for (const Vec3& x : joined.x) there.push_back(plus(x, 1, {0.2, 0.1, 0}));
@@ -271,7 +271,7 @@ TEST_CASE("skins: after its way a skin rests, without normals they stay, and a c
   }
 }
 
-TEST_CASE("skins: what is driven goes on in another plan, and in a call of many steps as in many calls") {
+TEST_CASE("skins: a driven skin goes on in another plan, and in a call of many steps as in many calls") {
   const Joined joined = skirt();
   std::vector<Vec3> there;
   for (const Vec3& x : joined.x) there.push_back(plus(x, 1, {0.05, 0.02, 0}));
@@ -291,7 +291,7 @@ TEST_CASE("skins: what is driven goes on in another plan, and in a call of many 
   CHECK_FALSE(next.restore(cut, many.view()).has_value());
 }
 
-TEST_CASE("skins: of a driven skin some of whose particles are anywhere, the others follow their own points") {
+TEST_CASE("skins: particles of a driven skin follow their own points where others have no limit") {
   Joined some = skirt(), others = some;
   Skin& whole = some.scene.skins[0];
   Skin& part = others.scene.skins[0];
@@ -380,7 +380,7 @@ TEST_CASE("skins: a changed plan steps as one compiled anew") {
   }
 }
 
-TEST_CASE("skins: what is wrong is refused by field, value and range") {
+TEST_CASE("skins: a wrong skin or tether is refused by field, value and range") {
   const auto with = [](const std::function<void(Joined&)>& change) {
     Joined joined = skirt(3, 3);
     change(joined);
@@ -445,7 +445,7 @@ TEST_CASE("skins: a target that is wrong is refused, and changes nothing") {
   });
 }
 
-TEST_CASE("tethers: each particle's is the shortest way along whole springs to what is fixed") {
+TEST_CASE("tethers: a tether is the shortest path along whole springs to a fixed particle") {
   Joined joined = curtain(5, 4, 100);
   auto& grid = std::get<Grid>(joined.scene.networks[0]);
   grid.shear = 0;
@@ -464,7 +464,7 @@ TEST_CASE("tethers: each particle's is the shortest way along whole springs to w
   CHECK_FALSE(tethers_of(joined_pairs(joined.scene, joined.x), std::vector<double>(20, 1.0))[7].anchor.has_value());
 }
 
-TEST_CASE("tethers: a heavy curtain of soft springs at few sub-steps stretches by what it may") {
+TEST_CASE("tethers: a heavy curtain of soft springs stretches no farther than its tethers allow, at few sub-steps") {
   Joined free = curtain(64, 64, 60);
   free.scene.coupling = {.scheme = Scheme::sequential, .substeps = 2, .lines = Lines::none};
   Joined held = free;
@@ -492,7 +492,7 @@ TEST_CASE_TEMPLATE("skins and tethers: the bits do not depend on instruction set
   }
 }
 
-TEST_CASE("skins: seek, and particles that come and go, refuse them") {
+TEST_CASE("skins: seek and live plans refuse scenes with skins") {
   Joined joined = skirt(3, 3);
   joined.scene.networks.clear();
   joined.scene.fixed.clear();

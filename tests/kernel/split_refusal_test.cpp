@@ -53,7 +53,7 @@ TEST_CASE("split: rows that are not a part's are refused") {
   CHECK(plan.error().message() == "elsewhere.sweeps.columns is 40: must be 0 where there are pieces");
 }
 
-TEST_CASE("split: owners of less than sweeps go through at once are refused, and those of any other scheme are not") {
+TEST_CASE("split: owners of fewer rows than sweeps keep together are refused, and leapfrog takes them") {
   const Sheet sheet{64, 64};
   Scene scene;
   Grid grid{.rows = sheet.height, .columns = sheet.width, .edge_u = {6.3, 0, 0}, .edge_v = {0, 0, 6.3}};

@@ -13,7 +13,7 @@
 
 namespace parts::rows_test {
 
-TEST_CASE("split: what is no sheet has no limit by rows") {
+TEST_CASE("split: a scene that is not one sheet has no limit by rows") {
   Scene scene;
   CHECK(rates_of_rows(scene, 0, 2).of_k == 0);
   CHECK_FALSE(limit_of_sheet(scene, 1.0 / 60, {}));
@@ -23,7 +23,7 @@ TEST_CASE("split: what is no sheet has no limit by rows") {
 }
 
 // Each part has too many particles for the cache, and takes four sub-steps between two exchanges.
-TEST_CASE("split: parts of a large sheet are told of several sub-steps at a time, and have the bits of the whole") {
+TEST_CASE("split: a large sheet's parts exchange once in several sub-steps and have the bits of the whole") {
   const Sheet sheet{1601, 512};
   Scene scene;
   scene.mass = 0.01;
@@ -43,7 +43,7 @@ TEST_CASE("split: parts of a large sheet are told of several sub-steps at a time
   CHECK(tellings == 2 * (steps * 5 / 4));  // positions and velocities
 }
 
-TEST_CASE("split: only parts of whole rows, large beside what is told, go through several sub-steps") {
+TEST_CASE("split: only parts of whole rows, large beside their halo, take several sub-steps between exchanges") {
   Scene scene;
   scene.networks.emplace_back(Grid{.rows = 4096, .columns = 256, .edge_u = {1, 0, 0}, .edge_v = {0, 0, 1}, .structural = 1});
   const auto pulses = [](const Scene& of, std::uint64_t rows) {
@@ -117,7 +117,7 @@ void check_part_of_sheet(const Scene& scene, std::uint32_t parts, std::uint32_t 
   }
 }
 
-TEST_CASE("split: a sheet's part is made of its own rows as of the whole") {
+TEST_CASE("split: a part made of its own rows is the part made of the whole sheet") {
   for (const Scene& scene : sheets_in_stripes()) {
     for (const std::uint32_t parts : {1U, 2U, 3U, 6U}) {
       for (std::uint32_t p = 0; p < parts; ++p) check_part_of_sheet(scene, parts, p);
@@ -133,7 +133,7 @@ TEST_CASE("split: a sheet's part is made of its own rows as of the whole") {
 }
 
 // The largest bounds lie on both sides of a cut, and rows reach across it.
-TEST_CASE("split: what limits a sheet's sub-steps is found by rows as by the whole's plan") {
+TEST_CASE("split: the limit of a sheet's sub-steps found by rows is that of the whole sheet's plan") {
   const Sheet sheet{20, 6};
   Scene scene;
   Grid grid{.rows = sheet.height, .columns = sheet.width, .edge_u = {0.5, 0, 0}, .edge_v = {0, 0, 1.9}};

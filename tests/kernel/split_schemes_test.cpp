@@ -30,7 +30,7 @@ TEST_CASE("split: parts of a sheet in wind have the bits of the whole, on every 
   }
 }
 
-TEST_CASE("split: parts have the bits of the whole in every scheme that tells, damped and not") {
+TEST_CASE("split: parts have the bits of the whole by leapfrog and fourth_order, damped and not") {
   for (const auto& pair : {std::optional<Pair>(), std::optional(Pair{0, 20})}) {
     for (const Scheme scheme : {Scheme::leapfrog, Scheme::fourth_order}) {
       for (const double damping : {0.0, 0.002}) {
@@ -65,7 +65,7 @@ TEST_CASE("split: parts that sum their pairs' contributions have the bits of the
   }
 }
 
-TEST_CASE("split: parts have those particles of a skin that they step") {
+TEST_CASE("split: parts keep the particles of a skin that they step, and have the bits of the whole") {
   for (const Scheme scheme : {Scheme::leapfrog, Scheme::fourth_order}) {
     Scene scene = scene_with({});
     scene.coupling.scheme = scheme;

@@ -25,7 +25,7 @@ Scene sheets_side_by_side(std::size_t sheets, Grid grid) {
   return scene;
 }
 
-TEST_CASE("split: of wide sheets side by side parts have the bits of the whole by any pulses") {
+TEST_CASE("split: parts of wide sheets side by side have the bits of the whole in every scheme without sweeps") {
   const Sheet all{12, 200};
   for (const Scheme scheme : {Scheme::leapfrog, Scheme::fourth_order, Scheme::accumulate}) {
     for (const double damping : {0.0, 0.002}) {
@@ -50,7 +50,7 @@ TEST_CASE("split: of wide sheets side by side parts have the bits of the whole b
   }
 }
 
-TEST_CASE("split: of sheets side by side that are swept each part has whole ones") {
+TEST_CASE("split: parts of swept sheets side by side get whole sheets, exchange nothing and have the bits of the whole") {
   const Sheet all{100, 30};
   Scene scene =
       sheets_side_by_side(5, {.rows = 20, .columns = 30, .edge_u = {2.9, 0, 0}, .edge_v = {0, 0, 1.9}, .structural = 300});

@@ -74,7 +74,7 @@ void check_banded(const Scene& scene, bool on_all_isas, Tellings expected, const
 }
 
 // Air has its own exchanges.
-TEST_CASE("split: parts of a sheet that is swept have the bits of the whole, and tell once a sub-step") {
+TEST_CASE("split: parts of a swept sheet have the bits of the whole, and exchange once a sub-step") {
   for (const double bend : {0.0, 4.0}) {
     for (const double damping : {0.0, 0.002}) {
       Grid grid = banded_grid(bend, damping);
@@ -87,7 +87,7 @@ TEST_CASE("split: parts of a sheet that is swept have the bits of the whole, and
   }
 }
 
-TEST_CASE("split: parts of lists that are swept have the bits of the whole, and tell after each colour") {
+TEST_CASE("split: parts of swept lists have the bits of the whole, and exchange after each colour") {
   const Sheet sheet{88, 100};  // three pieces
   for (const bool is_shuffled : {false, true}) {
     for (const double damping : {0.0, 0.002}) {
@@ -148,7 +148,7 @@ Springs most_of(const Grid& grid) {
   return some;
 }
 
-TEST_CASE("split: parts of a list that is swept as a sheet have the bits of the whole, and tell once a sub-step") {
+TEST_CASE("split: parts of a list swept as a sheet have the bits of the whole, and exchange once a sub-step") {
   for (const double bend : {0.0, 4.0}) {
     for (const double damping : {0.0, 0.002}) {
       Springs list = most_of(banded_grid(bend, damping));
@@ -173,8 +173,7 @@ Springs numbered(Springs springs, const Sheet& sheet) {
   return springs;
 }
 
-TEST_CASE(
-    "split: of a sheet whose particles are numbered in any order parts have the bits of the whole, and tell once a sub-step") {
+TEST_CASE("split: parts of a sheet numbered in any order have the bits of the whole, and exchange once a sub-step") {
   const Sheet sheet{banded.height, banded.width, 1003};  // its walk goes along its longer side
   for (const double bend : {0.0, 4.0}) {
     for (const double damping : {0.0, 0.002}) {
@@ -193,7 +192,7 @@ TEST_CASE(
 }
 
 // The free particles are placed where further rows of the grid would be.
-TEST_CASE("split: of a grid and particles that nothing joins, behind it, parts have the bits of the whole") {
+TEST_CASE("split: parts of a grid followed by free particles have the bits of the whole") {
   const Sheet sheet{68, 40};
   Scene scene;
   scene.mass = 0.01;

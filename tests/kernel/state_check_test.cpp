@@ -159,7 +159,7 @@ TEST_CASE("check: closed forms of a spring, a rod, a weight and a speed, counted
   CHECK(found.weight == doctest::Approx(6 * 10 * 5));
 }
 
-TEST_CASE("check: lengths that the start gives are those of the start, and bounds on one side are off on the other alone") {
+TEST_CASE("check: lengths left open are those of the start, and one-sided bounds are off on one side alone") {
   Two two;
   std::get<Springs>(two.scene.networks[0]).rest_length.reset();
   two.scene.constraints = {Distance{.pairs = {{0, 1}}, .bound = Bound::at_least},
@@ -175,7 +175,7 @@ TEST_CASE("check: lengths that the start gives are those of the start, and bound
   CHECK(plan.check(two.batch.view()).constraint == 1);
 }
 
-TEST_CASE("check: what is not finite is counted and named, and passed over among lengths") {
+TEST_CASE("check: particles that are not finite are counted, the first is named, and lengths pass over them") {
   const Joined joined = test::sheet(9, 12, 200);
   Batch<float> batch(Layout::soa, joined.x.size());
   test::place(joined, batch.view());
@@ -192,7 +192,7 @@ TEST_CASE("check: what is not finite is counted and named, and passed over among
   CHECK_FALSE(std::isfinite(found.kinetic));
 }
 
-TEST_CASE("check: free particles have energy alone; another count and short columns are said") {
+TEST_CASE("check: free particles have energy alone, and a wrong count or short columns are reported") {
   Scene scene;
   scene.mass = 2;
   scene.fixed = {1};

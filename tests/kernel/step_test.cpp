@@ -100,7 +100,7 @@ TEST_CASE_TEMPLATE("a step forwards and one back, a hundred times each, end at t
   CHECK(std::abs(there.state().clock.seconds) < 1e-15);
 }
 
-TEST_CASE_TEMPLATE("a damped scene runs back to its start, its rounding amplified by what was damped", T, float, double) {
+TEST_CASE_TEMPLATE("a damped scene runs back to its start to rounding, amplified as the damping is undone", T, float, double) {
   Scene scene;
   scene.add(Spring{.stiffness = 30.0, .damping = 0.8, .anchor = Vec3{0.1, -0.2, 0.3}});
   const double h = 1.0 / 60;
@@ -186,7 +186,7 @@ TEST_CASE("where a wind and a spring balance, a particle stays at rest") {
   CHECK(std::abs(one_particle(scene, 0.05, 100)[0] - 1) <= 1e-13);
 }
 
-TEST_CASE("a velocity too small for a normal number is none") {
+TEST_CASE("a velocity below the least normal number moves nothing") {
   Soa<double> memory(1);
   State<double> state = memory.view();
   state.v[0][0] = 1e-310;

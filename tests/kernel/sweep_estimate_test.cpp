@@ -42,7 +42,7 @@ void check_chosen(const Net& net, double right) {
   if (limit.substeps >= 4) CHECK(error_of(net, right, limit.substeps / 4) > 0.01);
 }
 
-TEST_CASE("sequential by itself: a rope hangs within 1 % of its length, and a quarter of the sub-steps do not do") {
+TEST_CASE("sequential by itself: a rope hangs within 1 % of its length, and a quarter of the sub-steps does not suffice") {
   for (const LoadedRope& of : {LoadedRope{2, 1e3, 1}, {10, 1e4, 100}, {10, 1e6, 1e4}, {20, 1e4, 10}, {50, 1e4, 1}}) {
     CAPTURE(of.springs);
     CAPTURE(of.k);
@@ -70,7 +70,7 @@ TEST_CASE("sequential by itself: sheets and ropes between two ends hang within 1
   }
 }
 
-TEST_CASE("sequential by itself: a step twice as long takes twice as many, and a changed step what a new plan takes") {
+TEST_CASE("sequential by itself: a step twice as long takes twice as many sub-steps, and a changed step those of a new plan") {
   Net net = hung_rope(10, 1e5, 1000);
   Plan<double> plan = plan_of(net);
   const int at_60 = plan.network_limit()->substeps;
@@ -134,7 +134,7 @@ TEST_CASE("sequential by itself: heavy ropes hang within 1 % of their length fro
 }
 
 // Links that move at 1 m/s turn far within a frame. With fewer sub-steps such ropes gain energy without limit.
-TEST_CASE("sequential by itself: heavy ropes whose links move their own ways stay as long as they are, whatever the frames") {
+TEST_CASE("sequential by itself: heavy ropes whose links move each in its own way stretch by less than 20 %") {
   for (const LoadedRope& of : {LoadedRope{3, 2e7, 30000}, {5, 3e6, 8000}, {10, 4e7, 40000}, {20, 2e6, 6000}, {20, 1e5, 1500}}) {
     for (const double longest : {1.0 / 60, 1.0 / 20}) {
       Net net = rope(of.springs, of.k, of.load, {0.8, -0.6, 0});
@@ -309,7 +309,7 @@ TEST_CASE("sequential by itself: never more sub-steps than leapfrog's, and by fo
   CHECK(limit_of(net).substeps > both);
 }
 
-TEST_CASE("sequential by itself: what tears keeps its sub-steps, torn at once or later") {
+TEST_CASE("sequential by itself: a sheet that tears keeps its sub-steps, torn at once or later") {
   Net net = sheet(8, 1e4, 1e4, Held::corners);
   Plan<double> plan = plan_of(net);
   const int whole = plan.network_limit()->substeps;
@@ -319,7 +319,7 @@ TEST_CASE("sequential by itself: what tears keeps its sub-steps, torn at once or
   CHECK(limit_of(net).substeps == whole);
 }
 
-TEST_CASE("sequential by itself: large sheets are looked at in part, and rows alone tell the same" *
+TEST_CASE("sequential by itself: a large sheet is estimated from a part, and its rows alone give the same sub-steps" *
           doctest::test_suite("long")) {
   for (const std::size_t side : {96U, 97U, 150U, 300U}) {
     CAPTURE(side);
@@ -338,7 +338,7 @@ TEST_CASE("sequential by itself: large sheets are looked at in part, and rows al
   CHECK(is_close(of_180 / of_90, 2, 0.15));
 }
 
-TEST_CASE("scheme automatic: the cheaper of both by the table, with the bits of a scene that names it") {
+TEST_CASE("scheme automatic: the cheaper scheme by the table is taken, with the bits of a scene that names it") {
   const auto bits_of = [](const Net& net) {
     Soa<double> memory = placed(net);
     State<double> state = memory.view();
@@ -369,7 +369,7 @@ TEST_CASE("scheme automatic: the cheaper of both by the table, with the bits of 
   }
 }
 
-TEST_CASE("scheme automatic: sub-steps that are asked for decide, and springs that sweeps do not take leave leapfrog") {
+TEST_CASE("scheme automatic: requested sub-steps decide, and springs that sweeps do not take leave leapfrog") {
   Net net = sheet(8, 1e4, 1e4, Held::edge);
   net.scene.coupling = {.scheme = Scheme::automatic, .substeps = 2};
   CHECK(limit_of(net).scheme == Scheme::sequential);
@@ -399,7 +399,7 @@ TEST_CASE("scheme automatic: sub-steps that are asked for decide, and springs th
   CHECK(plan.network_limit()->scheme == Scheme::sequential);
 }
 
-TEST_CASE("explain: how far the sweeps are off, and which sub-steps would do") {
+TEST_CASE("explain: the error of the sweeps and the sub-steps that would suffice are told") {
   Net net = hung_rope(10, 1e4, 100);
   const int enough = limit_of(net).substeps;
   net.scene.coupling.substeps = 2;

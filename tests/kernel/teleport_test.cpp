@@ -180,7 +180,7 @@ std::vector<double> run(const Joined& scene, std::size_t frames, const Teleport&
 
 const auto by_keys = [](auto& /*plan*/, std::size_t /*frame*/, const Way& /*way*/) {};
 
-TEST_CASE("teleport: what keys move goes on at the new place as at the old one, in every scheme, grid and list") {
+TEST_CASE("teleport: particles that keys move go on at the new place as at the old one, in every scheme, grid and list") {
   const Character character;
   for (const Coupling& coupling : test::couplings()) {
     for (const bool is_grid : {true, false}) {
@@ -207,7 +207,7 @@ Vec3 place_at(std::size_t frame) {
   return {1.5 * t, 0.02 * std::sin(9 * t), 0.4 * t * t};
 }
 
-TEST_CASE("teleport: so does what a program drives, whose targets are of the world, and are carried along where they wait") {
+TEST_CASE("teleport: particles that a program drives go on at the new place, and targets that wait are carried along") {
   Character character;
   character.joined.scene.motions[0].center = {};
   character.joined.scene.skins[0].motion.reset();
@@ -229,8 +229,7 @@ TEST_CASE("teleport: so does what a program drives, whose targets are of the wor
   }
 }
 
-TEST_CASE(
-    "teleport: a skin that rests is carried, with its normals, also where it has jumped before a step; so is what is fixed") {
+TEST_CASE("teleport: a resting skin, its normals and fixed particles are carried, also if the skin has just jumped") {
   Character character;
   Scene& sheet = character.joined.scene;
   sheet.kinematic.clear();
@@ -292,7 +291,7 @@ TEST_CASE("teleport: a state in a workspace is carried there, once and again, an
   CHECK(plan.teleport(two.view(), other, near_ways[1].pose()).error().field == "workspace");
 }
 
-TEST_CASE("teleport: it is among what is carried on, so that a stored state goes on with the same bits") {
+TEST_CASE("teleport: a state stored after a teleport goes on in another plan with the same bits") {
   const Character character;
   const Joined scene = character.with({.scheme = Scheme::sequential, .substeps = 4}, true);
   Batch<double> one(Layout::soa, scene.x.size()), two(Layout::soa, scene.x.size());
@@ -309,7 +308,7 @@ TEST_CASE("teleport: it is among what is carried on, so that a stored state goes
 }
 
 // A quarter turn about a point p near 1000 km: R x + (p - R p).
-TEST_CASE("teleport: places counted from an origin far away keep what float32 has near it") {
+TEST_CASE("teleport: places counted from a far origin keep the digits that float32 has near it") {
   const Vec3 home{1e6, 0, 2e6};
   Batch<float> batch(Layout::soa, 2);
   const std::array<Vec3, 2> x{Vec3{0.25, 1, 0}, Vec3{0, 2, 0.125}};
@@ -336,7 +335,7 @@ TEST_CASE("teleport: places counted from an origin far away keep what float32 ha
   }
 }
 
-TEST_CASE("teleport: live particles are carried, and what is not finite stays") {
+TEST_CASE("teleport: live particles are carried, and a particle that is not finite stays") {
   LiveState<double> live;
   Batch<double> batch(Layout::soa, 3);
   live.state = batch.view();
@@ -362,7 +361,7 @@ TEST_CASE("teleport: live particles are carried, and what is not finite stays") 
   CHECK(live.state.v[1][1] == doctest::Approx(wanted[10] - 9.81 * 0.1).epsilon(1e-12));
 }
 
-TEST_CASE("teleport: it refuses what it cannot carry, and then changes nothing") {
+TEST_CASE("teleport: a state, a pose or a scene that cannot be carried is refused, and nothing changes") {
   const Character character;
   Joined scene = character.with({.scheme = Scheme::leapfrog}, true);
   Batch<float> batch(Layout::soa, scene.x.size());

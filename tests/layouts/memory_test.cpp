@@ -27,7 +27,7 @@ void give_back(void* context, void* memory, std::size_t /*bytes*/, std::size_t /
   std::free(memory);
 }
 
-TEST_CASE("buffers are zero, and written only where the allocator does not say that what it gives is") {
+TEST_CASE("buffers are zero, and are written only if the allocator does not promise zeros") {
   int blocks = 0;
   Memory memory{.allocate = take, .release = give_back, .context = &blocks};
   {
@@ -43,7 +43,7 @@ TEST_CASE("buffers are zero, and written only where the allocator does not say t
   CHECK(blocks == 0);
 }
 
-TEST_CASE("states take their memory where they are told to") {
+TEST_CASE("states take their memory from the allocator that they are given") {
   int blocks = 0;
   const Memory memory{.allocate = take, .release = give_back, .context = &blocks};
   {

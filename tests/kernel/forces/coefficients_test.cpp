@@ -90,7 +90,7 @@ TEST_CASE("the separate modes have the determinants that theory gives them") {
   CHECK(is_close(matrix(spring(9, 0, 1, Method::pulse), 1).det(), std::cos(3.0), 1e-12));
 }
 
-TEST_CASE("drag: wind is felt through v - u, and the first-order form is what it says") {
+TEST_CASE("drag: wind acts through v - u, and the first-order form is g h and g h^2/2") {
   const double g = 3, h = 0.1, u = 7;
   for (const Method method : {Method::exact, Method::average_acceleration, Method::pulse, Method::symplectic_euler}) {
     for (const Expansion expansion : {Expansion::exact, Expansion::first_order}) {

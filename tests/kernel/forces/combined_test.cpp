@@ -257,7 +257,7 @@ TEST_CASE("gravity and drag together keep the terminal velocity") {
   }
 }
 
-TEST_CASE("gravity and drag together reach the terminal velocity from rest, separate ones one that is too high by q/2") {
+TEST_CASE("gravity and drag together reach the terminal velocity, and separate ones exceed it by at least q/2") {
   const double h = 1.0 / 60;
   for (const double q : {1e-3, 0.1, 1.0, 10.0, 1e4}) {
     const double g = q / h;

@@ -39,7 +39,7 @@ TEST_CASE("an exact sum of one term is the term") {
   }
 }
 
-TEST_CASE("an exact sum loses nothing of what cancels, and is rounded once, to even") {
+TEST_CASE("an exact sum loses nothing to cancellation, and is rounded once, to even") {
   const double large = 0x1p53;
   CHECK(sum({0x1p1000, 0x1p-1074, -0x1p1000}) == 0x1p-1074);
   CHECK(sum({1e300, -1, -1e300}) == -1);
@@ -55,7 +55,7 @@ TEST_CASE("an exact sum loses nothing of what cancels, and is rounded once, to e
   CHECK(std::isnan(sum({std::numeric_limits<double>::quiet_NaN()})));
 }
 
-TEST_CASE("an exact sum depends on neither the order of the terms nor how they are split, with carries taken on or not") {
+TEST_CASE("an exact sum depends neither on the order of its terms nor on how they are split, carried or not") {
   std::mt19937_64 random(7);
   std::uniform_real_distribution<double> digits(-1, 1);
   std::uniform_int_distribution<int> exponent(-60, 60);

@@ -181,8 +181,7 @@ TEST_CASE("air: cloth that moves with the wind feels nothing, and only the speed
   }
 }
 
-TEST_CASE(
-    "air: however dense it is and however coarse the step, it never gives what it meets energy, and never turns it round") {
+TEST_CASE("air: it never gives cloth energy and never turns it round, however dense it is or coarse the step") {
   constexpr Vec3 wind{4, -7, 3};
   for (const Aerodynamics& air : {Aerodynamics{1e6, 1, 0.5}, Aerodynamics{1e6, 0, 1}, Aerodynamics{1.2, 1, 3},
                                   Aerodynamics{50, 0.01, 2}, Aerodynamics{1e9, 2, 0}}) {
@@ -229,7 +228,7 @@ TEST_CASE(
   }
 }
 
-TEST_CASE("air: of second order by every scheme, with springs, gusts and lift" * doctest::test_suite("long")) {
+TEST_CASE("air: it is of second order by every scheme, with springs, gusts and lift" * doctest::test_suite("long")) {
   Joined flag = in_air(test::sheet(8, 10, 30), {.density = 3, .drag = 1, .lift = 0.8},
                        {.mean = {4, 1, 2}, .gusts = {{.amplitude = {0, 0, 3}, .angular_frequency = 9, .phase = 0.3}}});
   flag.step = 0.04;
@@ -322,7 +321,7 @@ TEST_CASE("air: kinematic particles are not moved by it, and their velocity coun
   }
 }
 
-TEST_CASE("air: a triangle with a torn side meets none") {
+TEST_CASE("air: a triangle with a torn side meets no air") {
   Joined of = plate(3, 3, {.density = 10}, {0, 5, 0}, 0.1);
   grid_of(of).structural = 1;
   grid_of(of).broken = {{0, 1}, {0, 3}, {0, 4}};
@@ -333,7 +332,7 @@ TEST_CASE("air: a triangle with a torn side meets none") {
   }
 }
 
-TEST_CASE("air: what is wrong with it is refused by its field, its value and its range") {
+TEST_CASE("air: wrong values are refused by their field, value and range") {
   const auto refusal = [](const Joined& joined) {
     Batch<double> batch(Layout::soa, joined.x.size());
     test::place(joined, batch.view());
@@ -357,7 +356,7 @@ TEST_CASE("air: what is wrong with it is refused by its field, its value and its
   CHECK(refusal(list) == "networks[0].aerodynamics is given: must be left out of a network without triangles");
 }
 
-TEST_CASE("air: the wind may change while a plan runs, and what fails changes nothing") {
+TEST_CASE("air: the wind may change while a plan runs, and a refused change changes nothing") {
   const Joined before = in_air(test::sheet(6, 9, 30), {}, {.mean = {3, 0, 0}, .gusts = {{{0, 1, 0}, 5, 0}}});
   Joined after = before;
   after.scene.wind = {.mean = {0, 2, 7}, .gusts = {{{0, 0, 2}, 3, 1}}};

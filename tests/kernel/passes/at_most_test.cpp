@@ -223,7 +223,7 @@ TEST_CASE("limits: every ISA gives the scalar reference's bits") {
   }
 }
 
-TEST_CASE("limits: a step back of what moves the other way mirrors a step forwards") {
+TEST_CASE("limits: a step back with reversed velocities mirrors a step forwards") {
   std::vector<double> after[2];
   for (const double sign : {1.0, -1.0}) {
     Joined joined = tangle();

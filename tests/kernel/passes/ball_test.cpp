@@ -178,7 +178,7 @@ TEST_CASE_TEMPLATE("ball: every instruction set gives the bits of the scalar twi
   }
 }
 
-TEST_CASE_TEMPLATE("ball: one of many that breaks its bound is seen, on every instruction set", T, float, double) {
+TEST_CASE_TEMPLATE("ball: a particle that alone breaks its bound is found, on every instruction set", T, float, double) {
   for (const Arithmetic arithmetic : {Arithmetic::separate, Arithmetic::contracted}) {
     const auto& twin = find_passes(Isa::reference, arithmetic)->of<T>().ball;
     for (const Isa isa : available_isas(arithmetic)) {
@@ -200,7 +200,7 @@ TEST_CASE_TEMPLATE("ball: one of many that breaks its bound is seen, on every in
   }
 }
 
-TEST_CASE("ball: whatever happened, a particle is within its ball, or outside of it, and held and bad ones are left alone") {
+TEST_CASE("ball: every particle ends on the right side of its ball, and fixed and bad particles are left alone") {
   for (const Bound bound : {Bound::at_most, Bound::at_least}) {
     for (std::size_t seed = 0; seed < 200; ++seed) {
       Columns<double> before(120, false), after(120, false);
@@ -244,7 +244,7 @@ TEST_CASE("ball: a particle at rest below the center hangs at exactly its radius
   CHECK(std::abs(at[4]) < 1e-15);
 }
 
-TEST_CASE("ball: in free flight within a ball the tangential velocity is kept, the normal one lost, none gained") {
+TEST_CASE("ball: a free flight that meets its ball keeps the tangential velocity, loses the normal one and gains none") {
   for (std::size_t k = 0; k < 200; ++k) {
     const Vec3 start{0.3 * scatter(k, 0), 0.3 * scatter(k, 1), 0.3 * scatter(k, 2)};
     const Vec3 v{4 * scatter(k, 3), 4 * scatter(k, 4), 4 * scatter(k, 5)};
@@ -270,7 +270,7 @@ TEST_CASE("ball: in free flight within a ball the tangential velocity is kept, t
   }
 }
 
-TEST_CASE("ball: what starts beyond its ball is set onto it without a velocity, and one at the center stays there") {
+TEST_CASE("ball: a particle beyond its ball is set onto it without gaining speed, and a radius of 0 pins it to the center") {
   const auto beyond = stepped<double>(in_ball({3, 0, 0}, {0, 0.1, 0}, 1, 0.01), {}, 1);
   CHECK(test::is_close(std::hypot(beyond[0], beyond[1], beyond[2]), 1, 1e-15));
   CHECK(energy(beyond) <= 0.01 * (1 + 1e-12));

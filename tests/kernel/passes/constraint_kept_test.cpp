@@ -113,7 +113,7 @@ TEST_CASE("constraint: a rope does nothing while it is slack") {
   CHECK(length(stepped<double>(slack, {}, 120), 0, 1) <= 1 + 1e-15);
 }
 
-TEST_CASE("constraint: what is to keep off does so, and bounces not") {
+TEST_CASE("constraint: a particle that must keep off stays off and does not bounce") {
   Joined joined = under_gravity("two", 0);
   joined.x = {{0, 0, 0}, {2, 0.3, 0}};
   joined.v = {{0, 0, 0}, {-3, 0, 0}};
@@ -127,7 +127,7 @@ TEST_CASE("constraint: what is to keep off does so, and bounces not") {
   CHECK(std::hypot(v(end, 1, 0), v(end, 1, 1)) <= 3);
 }
 
-TEST_CASE("constraint: a step back of what moves the other way mirrors a step forwards, for every bound") {
+TEST_CASE("constraint: a step back with reversed velocities mirrors a step forwards, for every bound") {
   for (const Bound bound : {Bound::equal, Bound::at_most, Bound::at_least}) {
     std::vector<double> after[2];
     for (const double sign : {1.0, -1.0}) {
@@ -247,7 +247,7 @@ TEST_CASE("constraint: a bad particle stays alone") {
   CHECK(worst <= 1e-13);
 }
 
-TEST_CASE("constraint: pairs of two fixed ends and of ends that coincide do nothing, or nothing bad") {
+TEST_CASE("constraint: pairs of two fixed ends do nothing, and pairs of coincident ends do no harm") {
   Joined joined = under_gravity("idle", 9.81);
   joined.x = {{0, 0, 0}, {1, 0, 0}, {2, 2, 2}, {2, 2, 2}};
   joined.v.resize(4);

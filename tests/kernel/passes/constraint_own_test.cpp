@@ -91,8 +91,8 @@ TEST_CASE("constraint of your own: a sphere is a rod to its centre") {
   CHECK(worst <= 1e-10);
 }
 
-TEST_CASE_TEMPLATE("constraint of your own: two make a curve, in any layout, and a bad particle stays alone", T, float,
-                   double) {
+TEST_CASE_TEMPLATE("constraint of your own: two surfaces hold particles on a curve, in any layout, and a bad one stays alone",
+                   T, float, double) {
   const auto wanted = slid<T>(Layout::soa, 20, 37, OnSphere{1}, OnPlane{});
   for (std::size_t i = 0; i < 37; ++i) {
     const double off = 0.6 * static_cast<double>(wanted[6 * i]) + 0.8 * static_cast<double>(wanted[6 * i + 1]);

@@ -199,7 +199,7 @@ TEST_CASE("bounces on oblique planes in closed form") {
   });
 }
 
-TEST_CASE("a step back of what moves the other way mirrors a step forwards, in a corner and with one impact a step") {
+TEST_CASE("a step back with reversed velocities mirrors a step forwards, in a corner and with one impact a step") {
   for (int i = 0; i < 50; ++i) {
     std::array<double, 6> after[2];
     for (const double sign : {1.0, -1.0}) {

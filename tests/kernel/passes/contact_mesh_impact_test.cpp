@@ -153,7 +153,7 @@ TEST_CASE("meshes: particles stay as far off a face as it is thick") {
   }
 }
 
-TEST_CASE("meshes: an impact is where what lies between the nodes is 0, to a millionth of a cell") {
+TEST_CASE("meshes: an impact is where the interpolated distance is 0, to a millionth of a cell") {
   TriangleMesh ball = ball_of_triangles({}, 0.5, 3);
   ball.cell = 0.1;
   const DistanceGrid grid = sampled(ball);
@@ -181,7 +181,7 @@ TEST_CASE("meshes: a particle that leaves a body from inside meets a wall beyond
   }
 }
 
-TEST_CASE("meshes: what starts inside is put where what lies between the nodes is 0, to a millionth of a cell") {
+TEST_CASE("meshes: a particle that starts inside is put where the interpolated distance is 0, to a millionth of a cell") {
   TriangleMesh ball = ball_of_triangles({}, 0.5, 3);
   ball.cell = 0.1;
   const DistanceGrid grid = sampled(ball);
@@ -204,8 +204,7 @@ TEST_CASE("meshes: what starts inside is put where what lies between the nodes i
   }
 }
 
-TEST_CASE(
-    "meshes: what is thrown up inside and falls back before it is out has met nothing, and is put on the surface at rest") {
+TEST_CASE("meshes: a particle thrown up inside that falls back before it is out is put on the surface at rest") {
   TriangleMesh box = box_of_triangles({}, {1, 0.5, 1});
   box.restitution = 1;
   box.cell = 0.1;
@@ -225,7 +224,7 @@ TEST_CASE(
   }
 }
 
-TEST_CASE("meshes: where a ball of triangles is hit, and its normal, are off by what its cell and its faces cost") {
+TEST_CASE("meshes: a hit on a ball of triangles has place and normal within the errors of its cell and its faces") {
   constexpr double radius = 0.5;
   // 5120 faces: each lies up to half a millimetre inside the sphere, and its normal deviates by up to 0.03 rad.
   constexpr double faces = 6e-4;

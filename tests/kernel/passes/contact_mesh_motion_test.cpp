@@ -47,7 +47,7 @@ TEST_CASE_TEMPLATE("meshes: a particle rests on a face, friction holds it there,
   }
 }
 
-TEST_CASE("meshes: what falls into an edge that looks inwards stays out of the body, and comes to lie") {
+TEST_CASE("meshes: a particle that falls into an inward edge stays out of the body and comes to rest") {
   TriangleMesh angle = angle_of_triangles();
   angle.cell = 0.04;
   angle.friction = 0.2;
@@ -135,7 +135,7 @@ TEST_CASE("meshes: swept at 20 m/s and turned at 30 rad/s through resting partic
   }
 }
 
-TEST_CASE("meshes: all that moves at one velocity acts as at rest, but for that way") {
+TEST_CASE("meshes: a scene that moves at one velocity acts as at rest, apart from the way travelled") {
   for (const double drag : {0.0, 0.4}) {
     Joined still = cloud(60);
     TriangleMesh ball = touched(ball_of_triangles({0.1, -0.2, 0}, 0.4, 2));

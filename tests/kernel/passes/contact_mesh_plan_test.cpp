@@ -100,7 +100,7 @@ TEST_CASE("meshes: a plan that changes acts as one compiled anew") {
   CHECK(test::difference(run(none, wanted), run([&](auto& plan) { REQUIRE(plan.set_step(wanted.step)); }, joined)) == "");
 }
 
-TEST_CASE("meshes: what bounds no body is refused, and so is a cell that does not hold it") {
+TEST_CASE("meshes: a mesh that bounds no body is refused, and so is a cell out of range") {
   const auto refusal = [](TriangleMesh mesh) {
     Scene scene;
     scene.add(std::move(mesh));

@@ -92,7 +92,7 @@ TEST_CASE("many contacts: the list of those near a block has the bits of all of 
   }
 }
 
-TEST_CASE("many contacts: moving ones, too") {
+TEST_CASE("many contacts: moving contacts have the bits of the reference, too") {
   Joined joined = rows(400);
   add_many(joined.scene, 80);
   joined.scene.add(Motion{.center = {}, .keys = {{.time = 0}, {.time = 1, .translation = {3, 1, -1}}}});
@@ -104,7 +104,7 @@ TEST_CASE("many contacts: moving ones, too") {
   check_runs<double>(joined, 30, Arithmetic::contracted, false);
 }
 
-TEST_CASE("many contacts: groups that stand in a row, one of which moves and one of which has no bound") {
+TEST_CASE("many contacts: groups in a row have the bits of the reference, one of them moving, one without a bound") {
   Joined joined = rows(160);
   for (std::size_t j = 0; j < 96; ++j) {
     const double x = -8 + static_cast<double>(j) / 6;

@@ -309,8 +309,7 @@ std::vector<T> mixed_run(const Scene& scene, std::size_t count, const Options& o
   return with_one_nan(values_of(batch.view()));
 }
 
-TEST_CASE_TEMPLATE("Registers of what rests on one plane, on several, flies, strikes or is no number have the twin's bits", T,
-                   float, double) {
+TEST_CASE_TEMPLATE("Registers of particles that rest, fly, strike or are not a number have the twin's bits", T, float, double) {
   constexpr std::size_t count = 93;
   std::size_t turn = 0;  // separate and contracted take turns, so that each meets every value of the other parameters
   for (const std::size_t walls : {std::size_t{1}, std::size_t{2}, std::size_t{3}, std::size_t{5}}) {
@@ -340,7 +339,7 @@ TEST_CASE_TEMPLATE("Registers of what rests on one plane, on several, flies, str
   }
 }
 
-TEST_CASE_TEMPLATE("Where two floors are at one place every register rests on the one that the twin takes", T, float, double) {
+TEST_CASE_TEMPLATE("Every register rests on the floor that the twin takes where two floors coincide", T, float, double) {
   Scene scene = mixed_scene(1, 93, Masses::alike, 0.2);
   scene.add(plane({0, 1, 0}, 0, 0.4, 0.9));
   const std::vector<T> wanted = mixed_run<T>(scene, 93, {.step = hz60, .isa = Isa::reference}, 1, 16, 0);
@@ -350,7 +349,7 @@ TEST_CASE_TEMPLATE("Where two floors are at one place every register rests on th
   }
 }
 
-TEST_CASE_TEMPLATE("a particle that is no number stays alone among those that rest", T, float, double) {
+TEST_CASE_TEMPLATE("a particle that is not a number stays alone among those that rest", T, float, double) {
   constexpr std::size_t count = 160;
   const Scene scene = mixed_scene(3, count, Masses::alike, 0.2);
   for (const Isa isa : available_isas(Arithmetic::separate)) {

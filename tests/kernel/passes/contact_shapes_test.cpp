@@ -98,7 +98,7 @@ TEST_CASE("bodies: a capsule of equal ends is a sphere, and so is one that its l
   CHECK(furthest(sphere, after(of, touched(Sphere{.center = center, .radius = 0.3, .thickness = 0.1}), 60)) < 1e-9);
 }
 
-TEST_CASE("bodies: a large box's face is a plane, and so is that of a convex body") {
+TEST_CASE("bodies: the faces of a large box and of a convex body act as a plane") {
   Joined of = cloud(300);
   for (Vec3& x : of.x) x[1] += 0.5;  // none of them starts inside
   const Vec3 rotation{0.1, 0, 0.2};
@@ -176,7 +176,7 @@ TEST_CASE("bodies: a throw hits a cylinder, a cone and a box's edge where their 
   CHECK(test::is_close(over.x[1], 1, 1e-12));
 }
 
-TEST_CASE("bodies: what springs and drag bend meets them as it does a sphere and a plane") {
+TEST_CASE("bodies: paths bent by springs and drag meet bodies as they meet a sphere and a plane") {
   Joined of = cloud(200);
   of.scene.add(Spring{.stiffness = 60.0, .damping = 0.5, .anchor = Vec3{0, -1, 0}});
   of.scene.add(Drag{.coefficient = 0.3, .wind = {1, 0, 0}});
@@ -214,7 +214,7 @@ TEST_CASE_TEMPLATE("bodies: a particle rests on a box's face and on a capsule, a
   }
 }
 
-TEST_CASE("bodies: all that moves at one velocity acts as at rest, but for that way") {
+TEST_CASE("bodies: a scene that moves at one velocity acts as at rest, apart from the way travelled") {
   for (const double drag : {0.0, 0.4}) {
     Joined still = cloud(100);
     still.scene.add(touched(Capsule{.ends = {{{-0.6, 0, -0.5}, {0.4, 0.2, -0.6}}}, .radius = {0.2, 0.1}}));
@@ -335,7 +335,7 @@ TEST_CASE("bodies: the bits are the scalar twin's on every instruction set, in e
   }
 }
 
-TEST_CASE("bodies: moving ones have the scalar twin's bits, too") {
+TEST_CASE("bodies: moving bodies have the scalar twin's bits, too") {
   Joined joined = cloud(200);
   add_bodies(joined.scene);
   joined.scene.add(Motion{.center = {}, .keys = {{.time = 0}, {.time = 16, .translation = {1, 2, 0.5}}}});
@@ -357,7 +357,7 @@ TEST_CASE("bodies: moving ones have the scalar twin's bits, too") {
   check(double{});
 }
 
-TEST_CASE("bodies: a particle that is no number stays alone") {
+TEST_CASE("bodies: a particle that is not a number stays alone") {
   Joined joined = cloud(64);
   add_bodies(joined.scene);
   const auto wanted = stepped<float>(joined, {.isa = best_isa()}, 30);
@@ -370,7 +370,7 @@ TEST_CASE("bodies: a particle that is no number stays alone") {
   }
 }
 
-TEST_CASE("bodies: another contact in place of one is the scene that has it") {
+TEST_CASE("bodies: a plan whose contact is replaced steps as one compiled with it") {
   Joined joined = cloud(100);
   add_bodies(joined.scene);
   const Contact replacements[] = {Capsule{.ends = {{{0, 0, 0}, {0.5, 0, 0}}}, .radius = {0.3, 0.2}},
@@ -391,7 +391,7 @@ TEST_CASE("bodies: another contact in place of one is the scene that has it") {
   }
 }
 
-TEST_CASE("bodies: what is wrong with them is named") {
+TEST_CASE("bodies: wrong bodies are refused by name") {
   const auto refusal = [](const Contact& contact) {
     Scene scene;
     scene.add(contact);

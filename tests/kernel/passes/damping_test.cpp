@@ -171,7 +171,7 @@ double growth(Matrix step) {
 
 constexpr double sees = 3e-5;
 
-TEST_CASE("damping: within the limits nothing grows, whichever modes the highest frequency and the strongest damping are of") {
+TEST_CASE("damping: nothing grows within the limits, whichever modes have the highest frequency and the strongest damping") {
   for (const Coupling& coupling : {leapfrog, fourth_order}) {
     CAPTURE(static_cast<int>(coupling.scheme));
     const StableRange range = scheme_limit(coupling);
@@ -225,7 +225,7 @@ TEST_CASE("damping: sub-steps are the larger of what the frequency and the dampi
   }
 }
 
-TEST_CASE("damping: with the sub-steps of auto what damps most loses a quarter of its speed in each, at least") {
+TEST_CASE("damping: with automatic sub-steps the strongest damped mode loses at least a quarter of its speed in each") {
   for (const Coupling& coupling : {leapfrog, fourth_order}) {
     const double most = bounded_energy_limit(coupling).damping;
     for (const double q : {0.6 * most, 0.9 * most, most}) {
@@ -235,7 +235,7 @@ TEST_CASE("damping: with the sub-steps of auto what damps most loses a quarter o
   }
 }
 
-TEST_CASE("damping: the limit of accumulate is where a pulse turns the speed of what damps most round") {
+TEST_CASE("damping: the limit of accumulate is where a pulse reverses the most damped speed") {
   const StableRange range = scheme_limit(accumulate);
   for (const double q : {2.9, 40.0}) CHECK(substeps_for(range, 0.1, {0, q / 0.1}) == std::ceil(q / 2));
 }
@@ -342,7 +342,7 @@ Joined two_networks(double damping_of_grid, double damping_of_rope) {
   return joined;
 }
 
-TEST_CASE("damping: of two networks either may be damped alone, and the order stays the scheme's") {
+TEST_CASE("damping: either of two networks may be damped alone, and the order stays the scheme's") {
   for (const auto& both : {std::pair{0.0, 0.02}, {0.002, 0.0}, {0.002, 0.02}}) {
     const auto [grid, rope] = both;
     CAPTURE(both.first);
@@ -351,7 +351,7 @@ TEST_CASE("damping: of two networks either may be damped alone, and the order st
   }
 }
 
-TEST_CASE("damping: a network of no damping beside a damped one gives the bits of one whose damping is too little to be any") {
+TEST_CASE("damping: an undamped network beside a damped one has the bits of one with negligible damping") {
   // A damping of 1e-300 kg/s leaves nothing in any sum, but all springs take part in the damping passes.
   for (const Coupling& coupling : {leapfrog, fourth_order}) {
     const Joined alone = with(two_networks(0, 0.02), coupling, 30);

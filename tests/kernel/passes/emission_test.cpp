@@ -112,7 +112,7 @@ TEST_CASE("newborn particles lie evenly where they should") {
   CHECK(length(velocity) / n < 0.04);
 }
 
-TEST_CASE("the rest of the step is gone in a straight line, from no time to a whole step") {
+TEST_CASE("a newborn particle moves in a straight line for the rest of its step, from no time to a whole step") {
   const EmissionTerms terms = terms_of(EmissionShape::point, EmissionSpread::none);
   const auto born = born_of(*find_passes(best_isa()), terms, {.first = 0, .count = 8, .lead = 6.5, .step = 0.005});
   for (std::size_t i = 0; i < 8; ++i) {

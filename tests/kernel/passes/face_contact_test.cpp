@@ -152,7 +152,7 @@ Vec3 anywhere(std::size_t i, std::size_t k, double size) {
   return {size * scatter(i, k), size * scatter(i, k + 1), size * scatter(i, k + 2)};
 }
 
-TEST_CASE("faces: a plane across the direction that is found parts triangle and core by the distance that is found") {
+TEST_CASE("faces: the separating plane that is found parts triangle and core by the distance that is found") {
   int apart = 0;
   for (std::size_t i = 0; i < 600; ++i) {
     const Vec3 off = anywhere(i, 100, 1.5);
@@ -182,7 +182,7 @@ TEST_CASE("faces: a plane across the direction that is found parts triangle and 
   CHECK(apart > 400);
 }
 
-TEST_CASE("faces: what the core goes through is pierced") {
+TEST_CASE("faces: a triangle that the core goes through is pierced") {
   const std::array<Vec3, 3> triangle{{{-1, 0, -1}, {1, 0, -1}, {0, 0, 1}}};
   const std::vector<CoreBall> through{{{0, -1, 0}, 0}, {{0.1, 1, 0}, 0}};
   const std::vector<CoreBall> beside{{{2, -1, 0}, 0}, {{2, 1, 0}, 0}};
@@ -239,8 +239,7 @@ TEST_CASE(
   CHECK(std::abs(point[0]) < 1e-12);
 }
 
-TEST_CASE(
-    "faces: restitution, friction and viscosity are those of an impact; what is held bears it, what lies does not bounce") {
+TEST_CASE("faces: impacts have restitution, friction and viscosity; fixed corners do not move, resting faces do not bounce") {
   FaceBody body = round_body(0.1);
   body.e = 0.5;
   body.mu = 0.2;
@@ -291,7 +290,7 @@ TEST_CASE("faces: a pulse on cloth and a body that move at one velocity is that 
   CHECK(size_of(minus(moving.move_on, at_rest.move_on)) < 1e-12);
 }
 
-TEST_CASE("faces: a body that pushes out moves what was inside no faster, and keeps out what comes in") {
+TEST_CASE("faces: a body with push_out moves corners inside it no faster, and keeps out those that come in") {
   FaceBody body = round_body(0.1);
   body.push_out = 0.5;
   const auto moved = [&](double y, double way, double speed) {
@@ -343,14 +342,14 @@ TEST_CASE("faces: balls, beams, spikes and poles on end hold a sheet") {
   }
 }
 
-TEST_CASE("faces: what falls fast does not pass a thin pole in a coarse step") {
+TEST_CASE("faces: a sheet that falls fast does not pass a thin pole in a coarse step") {
   Joined joined = falling(10, Scheme::sequential, 0.4);
   joined.scene.coupling.substeps = 1;
   for (Vec3& v : joined.v) v[1] = -12;  // 0.2 m a step, onto a pole of 6 cm
   check_held(joined, pole(10, 0.1), 0.05 * cell_of(10), 12);
 }
 
-TEST_CASE("faces: without them a pole, a ball and a spike go through a sheet") {
+TEST_CASE("faces: a pole, a ball and a spike go through a sheet without them") {
   const auto passes = [](const Contact& body) {
     Joined joined = falling(10);
     joined.scene.add(body);
@@ -362,7 +361,7 @@ TEST_CASE("faces: without them a pole, a ball and a spike go through a sheet") {
   CHECK(passes(taper(10, 0.1)));
 }
 
-TEST_CASE("faces: where no body is narrow there is no such pass, and the bits are those without it") {
+TEST_CASE("faces: a scene without narrow bodies has no such pass, and has the bits without it") {
   Joined joined = falling(10);
   joined.scene.add(Contact(Sphere{.center = {1.5, -1, 1.5}, .radius = 0.9}));
   joined.scene.add(Contact(Plane{.offset = -1.5}));
@@ -503,7 +502,7 @@ TEST_CASE("faces: a bad particle stays alone") {
   CHECK(bad == 1);
 }
 
-TEST_CASE("faces: torn ones hold nothing, from the start or in place, and with the same bits") {
+TEST_CASE("faces: torn faces hold nothing, torn from the start or in place, with the same bits") {
   // One cell around a ball.
   const auto cell = [](std::vector<Pair> broken) {
     Joined joined;
@@ -569,7 +568,7 @@ TEST_CASE("faces: a contact that is replaced is met as in a plan compiled anew")
   CHECK(replaced(Contact(ball(10, 0.2)), Contact(pole(10, 0.1))));
 }
 
-TEST_CASE("faces: a part of a larger scene has none, and is refused unless it asks for none") {
+TEST_CASE("faces: a part of a larger scene is refused unless it asks for no faces") {
   Joined joined = falling(10);
   joined.scene.add(Contact(pole(10, 0.1)));
   Options options{.step = joined.step};

@@ -130,7 +130,8 @@ TEST_CASE_TEMPLATE("fast: an inverse root is within 1.2 units in the last place,
   }
 }
 
-TEST_CASE_TEMPLATE("fast: what has no length or is not finite pulls at nothing, as in separate arithmetic", T, float, double) {
+TEST_CASE_TEMPLATE("fast: a direction that has no length or is not finite pulls at nothing, as in separate arithmetic", T,
+                   float, double) {
   constexpr T infinite = std::numeric_limits<T>::infinity();
   constexpr T nan = std::numeric_limits<T>::quiet_NaN();
   constexpr T least = std::numeric_limits<T>::min();

@@ -93,7 +93,7 @@ void step(const Plan<T>& plan, Batch<T>& batch, std::size_t steps = 1) {
 
 // ---- order -------------------------------------------------------------------------------------------------------------
 
-TEST_CASE("generalized alpha: of second order with damping, drag and anchors" * doctest::test_suite("long")) {
+TEST_CASE("generalized alpha: the scheme is of second order with damping, drag and anchors" * doctest::test_suite("long")) {
   for (const bool has_more : {false, true}) {
     for (const double damping : {0.0, 0.02, 0.2, 1.0}) {
       Joined joined = falling({.rows = 8, .damping = damping});
@@ -114,7 +114,7 @@ TEST_CASE("generalized alpha: of second order with damping, drag and anchors" * 
   }
 }
 
-TEST_CASE("generalized alpha: of second order with one sub-step a step and steps of changing size: what it knows survives") {
+TEST_CASE("generalized alpha: second order holds with one sub-step a step and steps of changing size") {
   Joined joined = falling({.rows = 8, .damping = 1});
   joined.scene.coupling.substeps = 1;
   const auto run = [&](int parts) {
@@ -131,7 +131,7 @@ TEST_CASE("generalized alpha: of second order with one sub-step a step and steps
   CHECK(std::abs(order_of(run(160), run(320), run(640)) - 2) < 0.2);
 }
 
-TEST_CASE("generalized alpha: what goes there and back returns with the square of the step") {
+TEST_CASE("generalized alpha: a run there and back returns to the square of the step") {
   Joined joined = falling({.rows = 7});
   const auto miss = [&](int substeps) {
     joined.scene.coupling.substeps = substeps;
@@ -240,8 +240,9 @@ TEST_CASE("generalized alpha: cloth stays calm where every step starts anew") {
 
 // ---- memory ------------------------------------------------------------------------------------------------------------
 
-TEST_CASE_TEMPLATE("generalized alpha: n steps are n times one step, and end where a pause, a step of 0 s and a copy do", T,
-                   float, double) {
+TEST_CASE_TEMPLATE(
+    "generalized alpha: n steps in one call are n calls, through a call of no steps, a step of 0 s and a moved plan", T, float,
+    double) {
   for (const double damping : {0.0, 0.02}) {
     for (Joined joined : both_forms(falling({.damping = damping}))) {
       CAPTURE(joined.name);
@@ -284,7 +285,7 @@ TEST_CASE("generalized alpha: a workspace of the caller's remembers for itself")
   CHECK(test::values_of(by_plan->view()) != test::values_of(by_workspace->view()));
 }
 
-TEST_CASE("generalized alpha: what was is forgotten on request, for another state and for another time") {
+TEST_CASE("generalized alpha: the memory is dropped by forget(), for another state and for another time") {
   Joined joined = falling({.damping = 0.02});
   joined.step = 1.0 / 64;  // no clock rounds it
   const Plan<double> plan = fast_plan<double>(joined);

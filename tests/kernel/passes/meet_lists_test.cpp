@@ -129,7 +129,8 @@ TEST_CASE_TEMPLATE("sizes may differ by more than the cells are made for", T, fl
   CHECK(listed(of, T(0.125), T(0.75)) == all_pairs(of, T(0.125)));
 }
 
-TEST_CASE_TEMPLATE("particles in one place are a pair, those that are nowhere in none", T, float, double) {
+TEST_CASE_TEMPLATE("particles in one place are listed as a pair, and those that are not finite are in no pair", T, float,
+                   double) {
   Cloud<T> of = cloud<T>(120, 4);
   of.x[7] = of.x[3];
   of.x[90] = of.x[3];
@@ -183,7 +184,7 @@ TEST_CASE("pairs that are not accepted are not listed, nor need room") {
   }
 }
 
-TEST_CASE_TEMPLATE("places of a list say whose they are, also where some look farther", T, float, double) {
+TEST_CASE_TEMPLATE("places of a list name their owners, also where some particles look farther", T, float, double) {
   Cloud<T> of = cloud<T>(400, 6);
   for (const std::size_t i : {5U, 77U, 399U}) of.a[i] = T(2);
   for (const Isa isa : available_isas(Arithmetic::separate)) {

@@ -97,7 +97,7 @@ TEST_CASE_TEMPLATE("a round has the bits of the scalar one on every instruction 
   test::has_several_isas();
 }
 
-TEST_CASE("a round pushes a pair apart by its overlap, and holds what slides no more than friction can") {
+TEST_CASE("a round pushes a pair apart by its overlap, and brakes its sliding by no more than friction") {
   for (const Isa isa : available_isas(Arithmetic::separate)) {
     MetPairs pairs;
     pairs.j[0] = 1;

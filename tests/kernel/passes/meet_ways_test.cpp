@@ -102,7 +102,7 @@ TEST_CASE_TEMPLATE("ways have the bits of the scalar ones on every instruction s
 }
 
 // 20 particles move by (1, 2, 3), and one without a radius stays.
-TEST_CASE("ways are summed over what meets and is finite, and lists are old once one has strayed too far") {
+TEST_CASE("ways are summed over particles that meet and are finite, and lists are old once one has strayed too far") {
   for (const Isa isa : available_isas(Arithmetic::separate)) {
     const auto& kernels = find_passes(isa)->f64.meet;
     Moved<double> of(21);

@@ -103,7 +103,8 @@ Joined without_springs_of(Joined joined, std::uint32_t particle) {
   return joined;
 }
 
-TEST_CASE_TEMPLATE("network: a bad particle changes no bit of what is not joined with it, in any scheme", T, float, double) {
+TEST_CASE_TEMPLATE("network: a bad particle changes no bit of a sheet that is not joined with it, in any scheme", T, float,
+                   double) {
   std::size_t first = 0;  // over all schemes, every ISA meets every way in either sheet
   for (const Joined& two : {two_sheets(), two_lists()}) {
     for (const Coupling& coupling : all_schemes) {
@@ -138,7 +139,7 @@ TEST_CASE_TEMPLATE("network: neighbours of a bad particle go on as if its spring
   }
 }
 
-TEST_CASE("network: coincident ends contribute nothing, and what passes through them stays finite") {
+TEST_CASE("network: coincident ends contribute nothing, and ends that pass through each other stay finite") {
   for (const Coupling& coupling : all_schemes) {
     Joined still = with(on_a_line({0.5, 0.5}, {0.25, 0.25}, 0), coupling);
     still.scene.add(Network(Springs{.pairs = {{0, 1}}, .stiffness = 100.0, .rest_length = 1.0}));

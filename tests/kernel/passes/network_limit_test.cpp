@@ -86,7 +86,7 @@ NetworkLimit limit_of(const Joined& joined) {
   return *plan_of(joined, {}, batch.view()).network_limit();
 }
 
-TEST_CASE("network: the bound holds what any position may reach: of a star, and of a grid as of the list of its springs") {
+TEST_CASE("network: the bound covers any position of a star, and of a grid as of the list of its springs") {
   // Three masses on springs of stiffness k to a fourth one in the middle: omega_max = sqrt(4 k/m).
   Joined star;
   star.x = {{1, 0, 0}, {-0.5, 0.8, 0}, {-0.5, -0.8, 0}, {0, 0, 0}};

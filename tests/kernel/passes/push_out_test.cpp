@@ -138,8 +138,8 @@ TEST_CASE_TEMPLATE("Start inside: nothing leaves faster than push_out", T, float
   }
 }
 
-TEST_CASE_TEMPLATE("A free particle inside leaves by push_out, and keeps of its own velocity what is along the surface", T,
-                   float, double) {
+TEST_CASE_TEMPLATE("A free particle inside leaves at push_out, and keeps its own velocity along the surface", T, float,
+                   double) {
   for_each_run([&](const Run& run, const std::string& words) {
     CAPTURE(words);
     for (const Body& body : bodies(0.6)) {
@@ -194,7 +194,7 @@ TEST_CASE_TEMPLATE("push_out: particles inside a body that moves go along with i
   }
 }
 
-TEST_CASE_TEMPLATE("push_out: the twin's bits, joined or free, held or moving", T, float, double) {
+TEST_CASE_TEMPLATE("push_out: particles have the twin's bits, joined or free, in bodies at rest or moving", T, float, double) {
   for (const Body& body : bodies(0.5, 0.3)) {
     for (const bool moves : {false, true}) {
       for (const bool is_joined : {false, true}) {
@@ -238,7 +238,7 @@ TEST_CASE_TEMPLATE("push_out: particles that start outside move as without it, t
   }
 }
 
-TEST_CASE("Leaving is no impact, and friction brakes by what presses") {
+TEST_CASE("A particle that leaves by push_out has no impact, and Coulomb friction brakes it") {
   Joined joined;
   joined.scene.add(pushing(Plane{.normal = {0, 1, 0}, .restitution = 0.5}, 0.6, 0.5));
   joined.scene.add(Constant{.acceleration = {0, -10, 0}});
@@ -269,7 +269,7 @@ TEST_CASE("push_out: a particle between two surfaces that overlap goes to the mi
   }
 }
 
-TEST_CASE("push_out: a particle that jaws squeeze onto less than no room goes to the middle") {
+TEST_CASE("push_out: a particle that overlapping jaws squeeze goes to the middle") {
   Joined joined;
   joined.x = {{0, 0, 0}, {0.1, 0, 0}};
   joined.v.assign(2, {});

@@ -170,7 +170,7 @@ TEST_CASE("radial path: every method comes to the reference path at its order") 
   }
 }
 
-TEST_CASE("radial path: in float32 as near as its rounding lets it") {
+TEST_CASE("radial path: float32 comes as near as its rounding allows") {
   for (const Orbit& orbit : orbits()) {
     const Reference reference = reference_of(orbit);
     for_each_run([&](const Run& run, const std::string& words) {

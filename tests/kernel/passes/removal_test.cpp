@@ -157,7 +157,7 @@ TEST_CASE_TEMPLATE("removal marks what the scalar twin marks, whatever is not fi
   }
 }
 
-TEST_CASE_TEMPLATE("ages grow, and who has reached its lifetime is marked and counted alike", T, float, double) {
+TEST_CASE_TEMPLATE("ages grow, and particles that reach their lifetime are marked and counted alike", T, float, double) {
   constexpr T h = T(0.1);
   for (const Isa isa : available_isas()) {
     const RemovalKernels<T>& kernels = find_passes(isa)->of<T>().removal;
@@ -182,7 +182,7 @@ TEST_CASE_TEMPLATE("ages grow, and who has reached its lifetime is marked and co
   }
 }
 
-TEST_CASE_TEMPLATE("removal takes what is not finite, be it a position or a velocity", T, float, double) {
+TEST_CASE_TEMPLATE("removal takes particles whose position or velocity is not finite", T, float, double) {
   RemovalTerms<T> terms;
   terms.removes_not_finite = true;
   for (const Isa isa : available_isas()) {
@@ -218,7 +218,7 @@ TEST_CASE("without order, the survivors behind the new end take the holes before
   }
 }
 
-TEST_CASE("without order, what stands behind the new end of all takes the ends of the runs") {
+TEST_CASE("without order, particles behind the new end of all take the ends of the runs") {
   const std::array<std::size_t, 4> kept = {fill_run - 3, fill_run, fill_run - 2, 4};
   std::vector<std::array<std::size_t, 3>> moves;
   const auto note = [&](std::size_t from, std::size_t to, std::size_t n) { moves.push_back({from, to, n}); };

@@ -80,7 +80,7 @@ TEST_CASE("residual: value and residual are the nearest float32, and hold a numb
   }
 }
 
-TEST_CASE("residual: every instruction set leaves no rest beside what float32 cannot hold at all") {
+TEST_CASE("residual: every instruction set leaves no rest beside a number beyond float32") {
   std::vector<double> numbers(37, 1.0 + 0x1p-30);
   numbers[5] = 1e300;
   numbers[36] = -std::numeric_limits<double>::infinity();

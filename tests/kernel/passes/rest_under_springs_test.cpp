@@ -93,7 +93,7 @@ TEST_CASE_TEMPLATE("a particle that a spring presses into an edge of 91 to 175 d
   }
 }
 
-TEST_CASE_TEMPLATE("Many that springs press into edges and onto walls have the twin's bits", T, float, double) {
+TEST_CASE_TEMPLATE("Particles that springs press into edges and onto walls have the twin's bits", T, float, double) {
   constexpr std::size_t count = 17;
   std::size_t turn = sizeof(T) == 4 ? 0 : 1;  // separate and contracted take turns
   for (const Body body : {Body::plane, Body::capsule}) {

@@ -137,7 +137,7 @@ Worst worst_of(const Joined& joined, double seconds) {
 template <class T>
 constexpr double slack = sizeof(T) == 4 ? 2e-5 : 1e-8;
 
-TEST_CASE_TEMPLATE("rods: with any load, from 2 to 40, lengths and energy stay", T, float, double) {
+TEST_CASE_TEMPLATE("rods: chains of 2 to 40 rods keep their lengths and energy with any load", T, float, double) {
   for (const double hz : {60.0, 240.0}) {
     for (const std::size_t links : {2U, 5U, 20U, 40U}) {
       for (const double load : {1.0, 10.0, 100.0, 1e4}) {
@@ -214,7 +214,7 @@ Joined ring_on_a_rod(std::size_t links, double hz) {
 }
 
 // A past defect: a ring of 40 on a rod gained 13 times its energy.
-TEST_CASE_TEMPLATE("rods: trees, and rings on a rod, take sub-steps by what hangs on them", T, float, double) {
+TEST_CASE_TEMPLATE("rods: trees and rings on a rod keep lengths and energy with sub-steps by their load", T, float, double) {
   for (const Joined& joined : {tree(1, 60), tree(4, 60), tree(1, 240), ring_on_a_rod(12, 60), ring_on_a_rod(40, 60)}) {
     CAPTURE(joined.name);
     const Worst worst = worst_of<T>(joined, 0.5);
@@ -304,7 +304,7 @@ Joined sprung(std::size_t links) {
   return joined;
 }
 
-TEST_CASE("rods: whatever velocity all moves at, held ends too, they do as at rest") {
+TEST_CASE("rods: chains that move at any velocity, with their held ends, do as at rest") {
   for (const Joined& still : {loaded(2, 1, 60), loaded(3, 1, 60), loaded(5, 100, 60), loaded(20, 1, 60), hanging(100, 60),
                               twirled(2, 1), twirled(3, 2), sprung(3), sprung(8), twirled(7, 1e4), twirled(20, 10)}) {
     CAPTURE(still.name);

@@ -453,7 +453,7 @@ TEST_CASE("spring lines: a large sheet gives the same bits whatever the threads"
 
 // ---- changes ----------------------------------------------------------------------------------------------------------------
 
-TEST_CASE("spring lines: what is torn, fixed, released or weighed anew in place is stepped as a plan made of it would") {
+TEST_CASE("spring lines: a plan torn, fixed, released and weighed anew in place steps as one made that way") {
   const Joined sheet = test::sheet(18, 21, 500);
   for (Joined joined : {sheet, test::as_list(sheet), as_colours(sheet), hanging({.load = 1})}) {
     joined.scene.coupling = one_substep;
@@ -479,7 +479,7 @@ TEST_CASE("spring lines: what is torn, fixed, released or weighed anew in place 
   }
 }
 
-TEST_CASE("spring lines: by default ropes and what lies in rows have them, and other nets do not") {
+TEST_CASE("spring lines: ropes and sheets in rows have them by default, and other nets do not") {
   const auto steps_as = [](Joined joined, Lines lines) {
     joined.scene.coupling = {.scheme = Scheme::sequential, .substeps = 1};
     const std::vector<double> by_default = stepped<double>(joined, {}, 2);
@@ -498,7 +498,7 @@ TEST_CASE("spring lines: by default ropes and what lies in rows have them, and o
   CHECK_FALSE(steps_as(across, Lines::whole));
 }
 
-TEST_CASE("spring lines: forward sweeps and theta have none, and a scene that asks for none steps as without") {
+TEST_CASE("spring lines: forward sweeps and theta have none, and a scene that asks for none steps otherwise") {
   Joined joined = test::sheet(12, 20, 500);
   for (const Coupling& coupling : {Coupling{.scheme = Scheme::sequential, .sweeps = SweepOrder::forward, .lines = Lines::whole},
                                    Coupling{.scheme = Scheme::sequential, .theta = 0.7, .lines = Lines::whole}}) {

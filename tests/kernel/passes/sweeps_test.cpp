@@ -301,7 +301,7 @@ TEST_CASE("sweeps: sheets of any shape are found whatever their particles' numbe
   }
 }
 
-TEST_CASE("sweeps: which lists are walked as sheets") {
+TEST_CASE("sweeps: lists are walked as sheets if they form rows or columns that are long enough") {
   CHECK(is_swept_as_sheet(union_jack(14, 35, 0)));
   CHECK(is_swept_as_sheet(test::as_list(test::sheet(3, 16, 50))));
   Joined bent = test::sheet(5, 32, 50);
@@ -347,7 +347,7 @@ TEST_CASE("sweeps: which lists are walked as sheets") {
   CHECK_FALSE(is_swept_as_sheet(sparse));
 }
 
-TEST_CASE("sweeps: the order of the caller's particles is no matter of the motion, but for what sweeps leave") {
+TEST_CASE("sweeps: the order of the caller's particles does not matter, apart from the error of the sweeps") {
   Joined list = test::as_list(test::sheet(59, 70, 50));
   for (std::size_t i = 0; i < list.x.size(); ++i) {  // smooth, so that sub-steps resolve the motion
     const auto column = static_cast<double>(i % 70);
@@ -364,7 +364,7 @@ TEST_CASE("sweeps: the order of the caller's particles is no matter of the motio
   CHECK(apart < 1e-4);
 }
 
-TEST_CASE("sweeps: a spring beside a grid, and two grids, follow what the grid alone does") {
+TEST_CASE("sweeps: a grid beside a spring or a second grid moves as it does alone") {
   Joined grid = test::sheet(20, 20, 50);
   grid.scene.coupling = {.scheme = Scheme::sequential, .substeps = 40};
   const Run run{.isa = best_isa()};

@@ -261,7 +261,7 @@ TEST_CASE_TEMPLATE("uneven steps: a plan is the same whether its step was change
   }
 }
 
-TEST_CASE("uneven steps: a longest step that is none is refused by name") {
+TEST_CASE("uneven steps: a longest step that is not positive and finite is refused by name") {
   const Joined joined = stepped_by(chain(3, 1e3), Scheme::sequential);
   Batch<double> batch(Layout::soa, joined.x.size());
   test::place(joined, batch.view());
