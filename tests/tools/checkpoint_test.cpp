@@ -168,7 +168,7 @@ std::string how(Random& random) {
 }
 
 // 120 cases of two commands each, about 10 ms a command.
-TEST_CASE("a run that goes on from a checkpoint at any step has the bits and the files of one that was never stopped") {
+TEST_CASE("a run resumed from a checkpoint at any step has the bits and the files of an uninterrupted run") {
   const Folder folder("any-step");
   const auto scenes = small_scenes();
   const std::array<const char*, 3> precisions{"float32", "float64", "float32_compensated"};
@@ -223,7 +223,7 @@ TEST_CASE("a run that goes on from a checkpoint at any step has the bits and the
   }
 }
 
-TEST_CASE("a damaged checkpoint is refused with the reason, whatever is wrong with it") {
+TEST_CASE("every damaged checkpoint is refused, and the error gives the reason") {
   const Folder folder("damaged");
   const std::string start = "run 'sweeps that carry on.json' --every 7 --out a.csv";
   folder.done(start + " --checkpoint at --checkpoint-every 40");
@@ -261,7 +261,7 @@ TEST_CASE("a damaged checkpoint is refused with the reason, whatever is wrong wi
   CHECK(folder.command(start + " --resume at").exit == 4);
 }
 
-TEST_CASE("a checkpoint of another run is refused with what differs") {
+TEST_CASE("a checkpoint of another run is refused, and the error names the difference") {
   const Folder folder("another");
   folder.write("points.csv", "x,y,z\n0,1,0\n1,2,3\n");
   folder.write("points.json", R"({"format": "dvdx-scene/1", "name": "from a file", "step": 0.125, "duration": 2,
@@ -288,7 +288,7 @@ TEST_CASE("a checkpoint of another run is refused with what differs") {
   refused("run points.json", "data files");
 }
 
-TEST_CASE("options that cannot go together, and states that a checkpoint does not have, are refused before the run") {
+TEST_CASE("options that exclude each other, and states missing from a checkpoint, are refused before the run") {
   const Folder folder("options");
   const auto refused = [&](const std::string& arguments, int exit, const std::string& reason) {
     CAPTURE(arguments);
@@ -309,7 +309,7 @@ TEST_CASE("options that cannot go together, and states that a checkpoint does no
   CHECK(folder.command("run free.json --resume at --out a.vtp --every 7").exit == 0);  // any format can be made from them
 }
 
-TEST_CASE("a checkpoint that cannot be written ends the run with the reason, and the one before stays") {
+TEST_CASE("an unwritable checkpoint ends the run with the reason, and the earlier checkpoint stays") {
   const Folder folder("full");
   folder.done("run free.json --checkpoint at --checkpoint-every 40");
   const auto before = folder.read("at");
@@ -340,7 +340,7 @@ int killed_after(const ScratchFolder& folder, std::vector<std::string> arguments
   return status;
 }
 
-TEST_CASE("a run that is killed at any moment, again and again, comes to the same end") {
+TEST_CASE("a run killed at any moment, again and again, comes to the same end") {
   const Folder folder("killed");
   for (const std::string scene : {"sweeps that carry on", "come and go"}) {
     CAPTURE(scene);

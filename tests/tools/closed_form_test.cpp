@@ -109,7 +109,7 @@ TEST_CASE("many forces in space in closed form") {
   CHECK(worst.error < 1e-15);
 }
 
-TEST_CASE("a path from time to time meets the states straight from the start") {
+TEST_CASE("a path through several times has the states computed straight from the start") {
   const Oracle oracle("multiforce3d.csv");
   const auto file = scene_of(oracle[oracle.size() - 1]);
   const std::vector<std::uint64_t> counts{0, 3, 6, 10, 13, 1000};
@@ -198,7 +198,7 @@ dvdx::tool::SceneFile balls(std::vector<dvdx::Vec3> x, std::vector<dvdx::Vec3> v
   return file;
 }
 
-TEST_CASE("two balls meet once, share their momentum, and friction takes no more than stops their slide") {
+TEST_CASE("two balls meet once and share their momentum, and friction at most stops their slide") {
   // The heavier ball comes from the left, half a diameter off the other's centre line: the normal is at 30 degrees.
   auto file = balls({{-2, 0, 0}, {0, 0.5, 0}}, {{4, 0, 0}, {0, 0, 0}}, {.radius = 0.5, .restitution = 0.5});
   file.scene.mass = std::vector<double>{3, 1};
@@ -233,7 +233,7 @@ TEST_CASE("balls that pass one another have no impact") {
   CHECK(static_cast<double>(exact_state(file, 1, 8)[0].v) == -1);
 }
 
-TEST_CASE("in a cradle as many balls leave as have come") {
+TEST_CASE("a cradle sends out as many balls as come in") {
   for (std::size_t coming = 1; coming <= 3; ++coming) {
     CAPTURE(coming);
     std::vector<dvdx::Vec3> x, v;

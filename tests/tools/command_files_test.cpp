@@ -43,7 +43,7 @@ class FilesFolder : public ScratchFolder {
 
 bool contains(const std::string& text, const std::string& part) { return text.find(part) != std::string::npos; }
 
-TEST_CASE("--out refuses to write over what the scene is read from, by whatever name") {
+TEST_CASE("--out refuses to overwrite a file that the scene is read from, by whatever name") {
   const FilesFolder folder("sources");
   fs::create_hard_link(folder / "points.csv", folder / "linked.csv");
   fs::create_symlink("points.csv", folder / "pointing.csv");
@@ -65,7 +65,7 @@ TEST_CASE("--out refuses to write over what the scene is read from, by whatever 
   CHECK(folder.read("report.json") == from_files);
 }
 
-TEST_CASE("--out refuses a series one frame of which the scene is read from") {
+TEST_CASE("--out refuses a series with a frame that the scene is read from") {
   const FilesFolder folder("source-frame");
   REQUIRE(run(folder, "run scene.json --every 1 --out a.ply").exit == 0);  // a-000000.ply to a-000004.ply
   const auto frame = folder.read("a-000003.ply");
@@ -75,7 +75,7 @@ TEST_CASE("--out refuses a series one frame of which the scene is read from") {
   CHECK(folder.read("a-000003.ply") == frame);
 }
 
-TEST_CASE("a series that is written again has no frames of the one before, and other files stay") {
+TEST_CASE("a rewritten series has no frames of the earlier one, and other files stay") {
   for (const char* extension : {"ply", "vtp"}) {
     CAPTURE(extension);
     const FilesFolder folder("series");
@@ -93,7 +93,7 @@ TEST_CASE("a series that is written again has no frames of the one before, and o
   }
 }
 
-TEST_CASE("a series that is not finished leaves the one before as it was") {
+TEST_CASE("a refused run leaves an earlier series unchanged") {
   const FilesFolder folder("unfinished");
   REQUIRE(run(folder, "run scene.json --every 1 --out a.ply").exit == 0);
   const auto before = folder.entries();
@@ -101,7 +101,7 @@ TEST_CASE("a series that is not finished leaves the one before as it was") {
   CHECK(folder.entries() == before);
 }
 
-TEST_CASE("a pipe or a device is no scene and no file of one") {
+TEST_CASE("a pipe or a device is refused as a scene and as a file of a scene") {
   const FilesFolder folder("pipes");
   REQUIRE(mkfifo((folder / "pipe.json").c_str(), 0600) == 0);
   REQUIRE(mkfifo((folder / "pipe.csv").c_str(), 0600) == 0);
@@ -119,7 +119,7 @@ TEST_CASE("a pipe or a device is no scene and no file of one") {
   refused("run scene.json --set particles.position.file=zero.csv", "it is a device");
 }
 
-TEST_CASE("a file that is larger than any scene is refused before it is read, with the limit") {
+TEST_CASE("a scene or data file beyond its limit is refused, and the error names the limit") {
   const FilesFolder folder("large");
   folder.write("large.json", "");
   fs::resize_file(folder / "large.json", scene_limit.bytes + 1);  // sparse: the disk stores nothing of it
@@ -150,7 +150,7 @@ TEST_CASE("a scene names its files relative to its own place") {
   CHECK(run(folder, "run deep/scene.json --set particles.position.file=../points.csv").exit == 0);
 }
 
-TEST_CASE("names of files that are made from scenes are short, and all different") {
+TEST_CASE("file names made from scene names are short and distinct") {
   report::Report report{};
   const auto add = [&](const std::string& name) {
     report.scenes.emplace_back();
@@ -167,7 +167,7 @@ TEST_CASE("names of files that are made from scenes are short, and all different
   CHECK(names[3] == "scene");
 }
 
-TEST_CASE("a file's own name may be as long as the file system has it") {
+TEST_CASE("a file's own name may be as long as the file system allows") {
   const FilesFolder folder("long");
   const std::string stem(240, 'a');
   for (const char* extension : {".csv", ".npz", ".pc2", ".ply", ".vtp"}) {
@@ -177,7 +177,7 @@ TEST_CASE("a file's own name may be as long as the file system has it") {
   }
 }
 
-TEST_CASE("characters that a terminal would obey are shown, and all else is left as it is") {
+TEST_CASE("characters that a terminal would obey are shown as escapes, and all other text is unchanged") {
   CHECK(printable("plain ü Ω 中 🙂 \\") == "plain ü Ω 中 🙂 \\");
   CHECK(printable("\x1b[31mred\x1b[0m") == "\\x1b[31mred\\x1b[0m");
   CHECK(printable(std::string_view("a\0\a\b\t\n\r\x7f", 8)) == "a\\x00\\x07\\x08\\t\\n\\r\\x7f");
@@ -254,7 +254,7 @@ TEST_CASE("output does not depend on the locale") {
   }
 }
 
-TEST_CASE("without its page a report is its numbers and its pictures, and says so") {
+TEST_CASE("a report without its page has its numbers and pictures, and says so") {
   const FilesFolder folder("no-page");
   fs::create_directory(folder / "found");
   folder.write("found/report.html", "of an older report");
@@ -274,7 +274,7 @@ TEST_CASE("without its page a report is its numbers and its pictures, and says s
   CHECK(page.ends_with("</script>\n<p>after</p>"));
 }
 
-TEST_CASE("both streams in one file stand in the order in which they were said") {
+TEST_CASE("stdout and stderr redirected to one file keep the order of writing") {
   const FilesFolder folder("order");
   const auto result = run(folder, "report scene.json --quick --precision float64 --out found >both 2>&1; true");
   const auto both = folder.read("both");

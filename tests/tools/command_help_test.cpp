@@ -15,7 +15,7 @@ namespace command_folders::help_test {
 using dvdx::test::run;
 using nlohmann::json;
 
-TEST_CASE("explain and info tell what they are asked") {
+TEST_CASE("explain describes the scene, and info the instruction sets and threads") {
   const Folder folder("told");
   const auto explained = run(folder, "explain fall.json");
   CHECK(explained.exit == 0);
@@ -65,7 +65,7 @@ TEST_CASE("dvdx alone lists the commands, a line each, and an example; help says
   CHECK(run(folder, "help walk").err.starts_with("dvdx: walk is not a command: known are new, run, "));
 }
 
-TEST_CASE("new writes scenes that run as they stand, and leaves what is there") {
+TEST_CASE("new writes scenes that run as they stand, and leaves existing files unchanged") {
   const ScratchFolder folder("command-new");
   for (const std::string kind : {"cloth", "rope", "fountain", "grains"}) {
     CAPTURE(kind);

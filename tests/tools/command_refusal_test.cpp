@@ -13,14 +13,14 @@ namespace command_folders::refusal_test {
 using dvdx::test::run;
 using nlohmann::json;
 
-TEST_CASE("a word that is no command is named, with those that there are") {
+TEST_CASE("an unknown command is named, with the list of known ones") {
   const auto result = run(Folder("walk"), "walk fall.json");
   CHECK(result.exit == 2);
   CHECK(result.err ==
         "dvdx: walk is not a command: known are new, run, report, tune, explain, verify, stability, merge, info, help\n");
 }
 
-TEST_CASE("usage is exit 2, with a message on stderr alone") {
+TEST_CASE("a usage error is exit 2, with a message on stderr alone") {
   const Folder folder("usage");
   for (const char* arguments : {"",
                                 "walk fall.json",
@@ -83,7 +83,7 @@ TEST_CASE("usage is exit 2, with a message on stderr alone") {
   CHECK(folder.entries() == 1);
 }
 
-TEST_CASE("a number that an option cannot take is named with what it can") {
+TEST_CASE("a number that an option cannot take is named with the valid range") {
   const Folder folder("numbers");
   CHECK(run(folder, "run fall.json --seed -1")
             .err.starts_with("--seed: -1: must be a whole number from 0 to 18446744073709551615\n"));
@@ -94,7 +94,7 @@ TEST_CASE("a number that an option cannot take is named with what it can") {
   CHECK(run(folder, "run fall.json --seed 18446744073709551615").exit == 0);
 }
 
-TEST_CASE("the files that a run writes and the one that it goes on from differ") {
+TEST_CASE("a run refuses one file for two of its outputs, or for an output and --resume") {
   const Folder folder("same-file");
   REQUIRE(run(folder, "run fall.json --checkpoint c.csv --checkpoint-every 3").exit == 0);
   const auto checkpoint = folder.read("c.csv");
@@ -153,7 +153,7 @@ TEST_CASE("a simulation that diverges is exit 5, and says so in its output") {
   CHECK_FALSE(folder.read("a.csv").empty());
 }
 
-TEST_CASE("run and explain refuse sub-steps that are none, too many or too few") {
+TEST_CASE("run refuses sub-steps that are invalid or too many, and run and explain refuse too few") {
   const SheetFolder folder("substeps");
   for (const char* substeps : {"0", "-1", "1000001", "2.5", "some", "3x"}) {
     CAPTURE(std::string(substeps));

@@ -114,7 +114,7 @@ TEST_CASE("a negative step runs time backwards") {
   CHECK(folder.read("a.csv").find("\n5,-1.25,0,") != std::string::npos);
 }
 
-TEST_CASE("run steps networks by the scheme and the sub-steps that are asked for, and says which") {
+TEST_CASE("run steps networks by the requested scheme and sub-steps, and reports both") {
   const SheetFolder folder("sheet");
   const auto report_of = [&](const std::string& options) {
     const auto result = run(folder, "run sheet.json --json " + options);
@@ -152,7 +152,7 @@ TEST_CASE("run steps networks by the scheme and the sub-steps that are asked for
   CHECK(pulses["state_hash"] != report_of("--scheme accumulate --method exact --substeps 50")["state_hash"]);
 }
 
-TEST_CASE("run of a scene whose particles come and go tells how many, the same however it is run") {
+TEST_CASE("run reports how many particles come and go, and the state is the same however it is run") {
   const ScratchFolder folder("command-jet");
   folder.write("jet.json", jet);
   const auto report_of = [&](const std::string& options) {

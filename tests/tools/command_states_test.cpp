@@ -40,7 +40,7 @@ TEST_CASE("states are written at step 0, every N steps and at the end") {
   CHECK(steps_written("--fps 1000 --duration 0.25") == Steps{"0", "1", "2"});
 }
 
-TEST_CASE("a run says what it wrote: what is played has 30 states a second, all else the last one") {
+TEST_CASE("a run reports its files: formats that are played have 30 states a second, all others the last state") {
   const Folder folder("written");
   const auto written = [&](const std::string& options) {
     const auto result = run(folder, "run fall.json --step 0.0078125 " + options);  // 160 steps of 1/128 s

@@ -13,7 +13,7 @@ namespace command_folders::verify_test {
 using dvdx::test::run;
 using nlohmann::json;
 
-TEST_CASE("a mesh that grains fall on: run, explain and verify take it, and what is no body is exit 3") {
+TEST_CASE("run, explain and verify take a mesh that grains fall on, and an open mesh is exit 3") {
   const ScratchFolder folder("mesh-contact");
   const std::string corners = "v -1 -1 -1\nv 1 -1 -1\nv 1 -1 1\nv -1 -1 1\nv 0 0 0\n";
   folder.write("roof.obj", corners + "f 1 2 3 4\nf 1 5 2\nf 2 5 3\nf 3 5 4\nf 4 5 1\n");
@@ -73,7 +73,7 @@ TEST_CASE("verify holds particles that come and go against the reference") {
   CHECK(report["scenes"][0]["particles"].get<int>() > 20);
 }
 
-TEST_CASE("stability runs the cases that it is asked for, and writes what it found") {
+TEST_CASE("stability runs the requested cases, and writes their results") {
   const Folder folder("stability");
   const auto result = run(folder, "stability --only cases --cases 25,24 --json --out found");
   CHECK(result.exit == 0);
@@ -91,7 +91,7 @@ TEST_CASE("stability runs the cases that it is asked for, and writes what it fou
   CHECK(folder.entries() == 2);
 }
 
-TEST_CASE("stability refuses cases that there are not, and a place that it cannot write to") {
+TEST_CASE("stability refuses unknown cases, and an --out that it cannot write to") {
   const Folder folder("stability-usage");
   for (const char* arguments : {"--cases 0", "--cases 99", "--cases some", "--only pictures"}) {
     CAPTURE(arguments);

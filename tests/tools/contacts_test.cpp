@@ -61,7 +61,7 @@ std::vector<std::vector<double>> rows_of(const std::string& text, std::string& h
   return rows;
 }
 
-TEST_CASE("run --json tells of each contact what the particles did to it") {
+TEST_CASE("run --json reports the hits, the impulse and the torque impulse of each contact") {
   const Folder folder("sums");
   const auto contacts = contacts_of(folder, "balls.json --precision float64");
   REQUIRE(contacts.size() == 2);
@@ -77,7 +77,7 @@ TEST_CASE("run --json tells of each contact what the particles did to it") {
   CHECK(contacts[1] == json::parse(R"({"hits": 0, "impulse": [0.0, 0.0, 0.0], "torque_impulse": [0.0, 0.0, 0.0]})"));
 }
 
-TEST_CASE("run --events writes each impact as the closed form has it, and nothing of what rests") {
+TEST_CASE("run --events writes each impact as in the closed form, and no rows for a resting ball") {
   const Folder folder("events");
   REQUIRE(run(folder, "run balls.json --precision float64 --events e.csv").exit == 0);
   std::string header;
@@ -100,7 +100,7 @@ TEST_CASE("run --events writes each impact as the closed form has it, and nothin
   CHECK(folder.entries() == 3);
 }
 
-TEST_CASE("sums and events are the same on every instruction set, layout and number of threads, and leave the state alone") {
+TEST_CASE("contact sums and events do not depend on layout, threads or instruction set, and leave the state unchanged") {
   const Folder folder("same");
   for (const std::string precision : {"float32", "float64"}) {
     const std::string scene = "rain.json --precision " + precision;
@@ -124,7 +124,7 @@ TEST_CASE("sums and events are the same on every instruction set, layout and num
   }
 }
 
-TEST_CASE("--events is a .csv of its own, which is there whole or not at all") {
+TEST_CASE("--events writes a .csv of its own, whole or not at all") {
   const Folder folder("refused");
   folder.write("points.csv", "x,y,z\n0,1,0\n");
   folder.write("from.json", R"({"format": "dvdx-scene/1", "name": "f", "step": 0.1, "duration": 1,

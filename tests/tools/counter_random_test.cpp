@@ -45,7 +45,7 @@ TEST_CASE("seeded values stay in their range and fill it") {
   CHECK(uniform_value(3, 3, 1, 5, 0) == 3);
 }
 
-TEST_CASE("a value that rounding would put on max stays below it") {
+TEST_CASE("a drawn value stays below max where rounding would reach it") {
   const double max = 1 + std::numeric_limits<double>::epsilon();  // the only other value in [1, max) is 1
   for (std::uint64_t i = 0; i < 100; ++i) CHECK(uniform_value(1, max, 1, i, 0) == 1);
 }

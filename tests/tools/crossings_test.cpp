@@ -118,7 +118,7 @@ TEST_CASE("cloth that is sewn does not cross itself at the seam") {
   CHECK(Crossings(triangles, around).count(batch.view()) > 0);
 }
 
-TEST_CASE("sides of cells count by what they are at other places") {
+TEST_CASE("sides of cells are measured relative to their lengths at given positions") {
   Batch<double> batch(Layout::soa, 4);
   const std::array<double, 4> x{0, 3, 0, 0}, y{0, 0, 4, 3};
   for (std::size_t i = 0; i < 4; ++i) {
@@ -133,7 +133,7 @@ TEST_CASE("sides of cells count by what they are at other places") {
   CHECK(crossings.longest_side() == 1.5);  // the second sheet's, although the first one's is longer
 }
 
-TEST_CASE("of random triangles, small ones among long ones, the tree finds every crossing") {
+TEST_CASE("the tree finds every crossing of random triangles, small ones among long ones") {
   std::vector<Vec3> x;
   std::vector<Triangle> triangles;
   for (std::uint32_t t = 0; t < 300; ++t) {
@@ -150,7 +150,7 @@ TEST_CASE("of random triangles, small ones among long ones, the tree finds every
   CHECK(count_of(x, triangles) == expected);
 }
 
-TEST_CASE("the cloth of a scene is its grids and meshes, and no net or rope") {
+TEST_CASE("the cloth of a scene is its grids and meshes, without nets and ropes") {
   Scene scene;
   scene.add(Network{flat(0, 3)});
   Grid net = flat(6, 3);

@@ -31,7 +31,7 @@ void check_alike(const Cut& a, const Cut& b) {
   CHECK(a.all_neighbours == b.all_neighbours);
 }
 
-TEST_CASE("a sheet cut into rows and columns by formula counts as its list of springs does") {
+TEST_CASE("a sheet cut by formula into rows and columns has the same counts as its list of springs") {
   std::mt19937 random(1);
   const auto below = [&](std::size_t end) { return random() % end; };
   for (int n = 0; n < 150; ++n) {
@@ -54,7 +54,7 @@ TEST_CASE("a sheet cut into rows and columns by formula counts as its list of sp
   }
 }
 
-TEST_CASE("particles that nothing joins are shared out evenly and tell each other nothing") {
+TEST_CASE("unjoined particles are shared out evenly and send nothing") {
   const Cut cut = cut_of_ranges(10, 3);
   CHECK(cut.particles == 4);
   CHECK(cut.fewest == 3);
@@ -63,14 +63,14 @@ TEST_CASE("particles that nothing joins are shared out evenly and tell each othe
   CHECK(times_of(cut, {.times = 1, .numbers = 3, .bytes = 4}, {.particle_seconds = 2.0}).all() == 8);
 }
 
-TEST_CASE("blocks are those that cut fewest springs") {
+TEST_CASE("the best blocks cut the fewest springs") {
   Grid grid{.rows = 100, .columns = 400, .structural = 1};
   CHECK(best_blocks(grid, 4) == std::array<std::uint64_t, 2>{1, 4});
   CHECK(best_blocks(grid, 16) == std::array<std::uint64_t, 2>{2, 8});
   CHECK(!best_blocks(grid, 499).has_value());  // a prime larger than either side
 }
 
-TEST_CASE("METIS cuts a sheet whose particles are numbered at random by far less than their numbers do, and evenly") {
+TEST_CASE("METIS cuts a randomly numbered sheet evenly, and far fewer springs than its numbering does") {
   Grid grid{.rows = 40, .columns = 40, .structural = 1};
   auto pairs = dvdx::springs_of(grid).pairs;
   std::vector<std::uint32_t> number(1600);
@@ -90,7 +90,7 @@ TEST_CASE("METIS cuts a sheet whose particles are numbered at random by far less
   CHECK(metis.fewest > 0);
 }
 
-TEST_CASE("a sheet of a thousand million particles is counted at once, and a thousand of them") {
+TEST_CASE("a sheet of a thousand million particles is counted at once, and so is one a thousand times as large") {
   Grid grid{.rows = 32768, .columns = 32768, .structural = 1, .shear = 1};
   const Cut cut = cut_of_sheet(grid, 32, 32);
   CHECK(cut.particles == 1024 * 1024);
@@ -102,7 +102,7 @@ TEST_CASE("a sheet of a thousand million particles is counted at once, and a tho
   CHECK(cut_of_sheet(grid, 512, 256).all_particles == std::uint64_t{1} << 40U);
 }
 
-TEST_CASE("explain --ranks says what is shared out, and the time by the latency and bandwidth that are given") {
+TEST_CASE("explain --ranks reports the cut, and predicts the time from the given latency and bandwidth") {
   const dvdx::test::ScratchFolder folder("explain-ranks");
   folder.write("sheet.json",
                R"({"format": "dvdx-scene/1", "name": "sheet", "step": 0.01, "duration": 1, "network": {"type": "grid",

@@ -60,7 +60,7 @@ Run run_of(const SceneFile& file, std::uint64_t steps, std::uint64_t every) {
           .energy_gained = energy(file, state) - start};
 }
 
-TEST_CASE("energy: a torn spring stores none, of a grid and of a list") {
+TEST_CASE("energy: a torn spring of a grid or of a list stores none") {
   SceneFile file = pair_of({}, 1.5);
   Soa<double> memory(2);
   State<double> state = memory.view();
@@ -82,7 +82,7 @@ TEST_CASE("energy: a torn spring stores none, of a grid and of a list") {
   CHECK(is_close(energy(sheet, stretched), 0.5 * 8 + diagonals, 1e-12));
 }
 
-TEST_CASE("energy budget: a falling pair moves with what gravity gave, however far apart the looks are") {
+TEST_CASE("energy budget: gravity's work accounts for the fall of a pair, however far apart the looks are") {
   for (const std::uint64_t every : {1U, 40U, 200U}) {
     const auto run = run_of(pair_of({Constant{.acceleration = {0, -10, 0}}}), 200, every);
     CHECK(is_close(run.kinetic, 2.0 + 4 * 0.5 * 4, 1e-9));  // 2 m/s down besides 1 m/s across
@@ -90,7 +90,7 @@ TEST_CASE("energy budget: a falling pair moves with what gravity gave, however f
   }
 }
 
-TEST_CASE("energy budget: a stretched spring counts, and may take back what it has given") {
+TEST_CASE("energy budget: the energy of a spring stretched at the start counts as given") {
   const auto file = pair_of({Constant{.acceleration = {0, -10, 0}}}, 1.5);
   const auto run = run_of(file, 500, 20);
   CHECK(std::abs(run.energy_gained) < 1e-3);  // gravity's potential falls by as much as the rest rises
@@ -99,7 +99,7 @@ TEST_CASE("energy budget: a stretched spring counts, and may take back what it h
   CHECK(run.share <= 1 + 1e-9);
 }
 
-TEST_CASE("energy budget: a force of time works by what it is in the middle of the way") {
+TEST_CASE("energy budget: the work of forces that vary with time is right to 1e-3 with looks 10 steps apart") {
   const double omega = 3;
   const auto file = pair_of(
       {Sinusoid{.acceleration = {0, 5, 0}, .angular_frequency = omega}, Polynomial{.acceleration = {{0, 0, 0}, {0, 1, 0}}}});
@@ -117,7 +117,7 @@ TEST_CASE("energy budget: a force that grows with time works by Simpson's rule, 
   CHECK(is_close(run.given, run.kinetic, 1e-9));
 }
 
-TEST_CASE("energy budget: what a force gave counts where it has taken it back") {
+TEST_CASE("energy budget: work counts as given even after the force takes it back") {
   const double omega = 3;
   const auto run = run_of(pair_of({Sinusoid{.acceleration = {0, 5, 0}, .angular_frequency = omega}}), 2090, 10);  // a period
   CHECK(is_close(run.kinetic, 2.0, 1e-3));
@@ -125,7 +125,7 @@ TEST_CASE("energy budget: what a force gave counts where it has taken it back") 
   CHECK(is_close(run.given, 2.0 + 0.5 * 4 * fastest * fastest, 1e-3));
 }
 
-TEST_CASE("energy budget: wind gives at most its force times the way") {
+TEST_CASE("energy budget: the work of wind is at most its force times the distance") {
   const auto run = run_of(pair_of({Drag{.coefficient = 4.0, .wind = {0, 0, 6}}}), 400, 20);
   const double t = 0.4;  // at a rate of 2/s towards the wind's 6 m/s
   const double v = 6 - 5 * std::exp(-2 * t);
@@ -135,7 +135,7 @@ TEST_CASE("energy budget: wind gives at most its force times the way") {
   CHECK(run.share < 1);
 }
 
-TEST_CASE("energy budget: what is no number, and what rounding may move") {
+TEST_CASE("energy budget: motion within rounding has the share 0, and a velocity of NaN gives NaN") {
   auto file = pair_of({});
   file.particles.velocity = Vec3{};
   Soa<double> memory(2);
@@ -153,7 +153,7 @@ TEST_CASE("energy budget: what is no number, and what rounding may move") {
   CHECK(std::isnan(budget.share()));
 }
 
-TEST_CASE("energy budget: where no bound is known nothing is looked at") {
+TEST_CASE("energy budget: a scene without a known bound gets no looks") {
   auto file = pair_of({Sinusoid{.acceleration = {1, 0, 0}, .angular_frequency = 30}});
   CHECK(steps_between_looks(file) == 10);  // 0.3 rad
   file.step = 1.0 / 60;
@@ -174,7 +174,7 @@ TEST_CASE("energy budget: where no bound is known nothing is looked at") {
   CHECK(steps_between_looks(file) == 32);
 }
 
-TEST_CASE("energy budget: near its limit a scheme may swing") {
+TEST_CASE("energy budget: the allowed share rises as a scheme nears its limit") {
   NetworkLimit limit{.substeps = 2, .frequency = 100, .limit = 2};
   CHECK(is_close(most_share(limit, 0.02), 1.3 / 0.75, 1e-12));  // half of the limit
   CHECK(is_close(most_share(limit, 0.2), 13, 1e-12));
@@ -206,7 +206,7 @@ TEST_CASE("energy budget: the frequency at the start decides whether a run heats
 }
 
 // A sheet at rest that the wind carries along: all its motion comes from the air.
-TEST_CASE("energy budget: what the wind gives cloth is counted, however soon it is given") {
+TEST_CASE("energy budget: the work of wind on cloth is counted, however dense the air") {
   for (const double density : {0.1, 1.2, 1000.0}) {
     SceneFile file;
     file.step = 1.0 / 60;
@@ -247,7 +247,7 @@ constexpr const char* sheet = R"({
   "forces": [{"type": "constant", "acceleration": [0, -9.81, 0]}]
 })";
 
-TEST_CASE("run says where sweeps heat a sheet, and nothing where they do not") {
+TEST_CASE("run warns of heating if sweeps heat a sheet, and not otherwise") {
   const test::ScratchFolder folder("heating");
   folder.write("sheet.json", sheet);
   const auto hot = test::run(folder, "run sheet.json --json --threads 1");
@@ -289,7 +289,7 @@ std::string ring(const char* substeps) {
   return scene.dump();
 }
 
-TEST_CASE("run says where rods gain energy, and nothing where they do not") {
+TEST_CASE("run warns of heating if rods gain energy, and not otherwise") {
   const test::ScratchFolder folder("rods");
   folder.write("hot.json", ring("1"));
   folder.write("calm.json", ring("\"auto\""));

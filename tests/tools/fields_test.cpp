@@ -145,7 +145,7 @@ std::string laid_out(const Json& json, std::size_t indent, std::size_t column) {
   return json.is_object() ? "{" + text + "}" : "[" + text + "]";
 }
 
-TEST_CASE("the schema of scenes is that of the described fields, laid out; a failure leaves it in scene.schema.json") {
+TEST_CASE("the schema of scenes follows the described fields; a failure writes it to scene.schema.json") {
   const std::string text = text_of(dvdx::test::schema());
   Json schema = Json::parse(text);
   Json& definitions = schema["$defs"];

@@ -35,7 +35,7 @@ TEST_CASE("a state every N steps: step 0, each N-th and the last") {
   CHECK(written({.apart = 4}, 0) == Steps{0});
 }
 
-TEST_CASE("states a second stand at the nearest steps, at most one a step") {
+TEST_CASE("states per second are taken at the nearest steps, at most one a step") {
   CHECK(written(frames_a_second(30, 1.0 / 60), 6) == Steps{0, 2, 4, 6});
   CHECK(written(frames_a_second(30, 0.016666666666666666), 7) == Steps{0, 2, 4, 6, 7});
   CHECK(written(frames_a_second(30, 0.01), 10) == Steps{0, 3, 7, 10});
@@ -49,12 +49,12 @@ TEST_CASE("states a second stand at the nearest steps, at most one a step") {
 }
 
 // 1/60 s to ten digits: a run that goes on with `--every 2` finds the states of one that began with `--fps 30`.
-TEST_CASE("a step that is rounded to ten digits leaves states a whole number of steps apart, one of four does not") {
+TEST_CASE("a step rounded to ten digits keeps states a whole number of steps apart, one rounded to four does not") {
   CHECK(frames_a_second(30, 0.01666666667).apart == 2);
   CHECK(frames_a_second(30, 0.01667).apart == doctest::Approx(1 / 0.5001).epsilon(1e-12));
 }
 
-TEST_CASE("as many states are foretold as are written") {
+TEST_CASE("the number of states written is the predicted one") {
   for (const double apart : {0.0, 1.0, 1.25, 1.5, 2.0, 2.6666, 3.3333333333, 7.0, 9.5, 10.0}) {
     for (std::uint64_t steps = 0; steps < 41; ++steps) {
       CAPTURE(apart);

@@ -24,7 +24,7 @@ using namespace dvdx::tool;
 using namespace dvdx::tool::stability;
 using dvdx::test::is_close;
 
-TEST_CASE("heat: the ensemble has every kind of sheet, and the coarse one some of each group") {
+TEST_CASE("heat: the ensemble has every kind of sheet, and the coarse one all groups except the long runs") {
   const auto all = settings_of(Ensemble::whole);
   CHECK(all.size() >= 300);
   std::set<double> stiffnesses, kicks;
@@ -62,7 +62,7 @@ TEST_CASE("heat: the ensemble has every kind of sheet, and the coarse one some o
   CHECK(coarse_groups.size() == groups.size() - 1);  // long runs are left out
 }
 
-TEST_CASE("heat: a sheet that swings with its hold moves, without springs, straight on in the world") {
+TEST_CASE("heat: particles of a dragged sheet without springs move straight on in the world") {
   Setting setting{
       .group = "dragged", .side = 4, .hold = Hold::nothing, .pull = 0.5, .pull_seconds = 1, .precision = Precision::float64};
   auto file = scene_of(setting, {});
@@ -103,7 +103,7 @@ TEST_CASE("heat: theta 0.55 heats a coarse sheet, small-step XPBD does not, and 
   CHECK(again.bits == calm.bits);
 }
 
-TEST_CASE("heat: the table, the JSON and the picture say what is hot") {
+TEST_CASE("heat: the table, the JSON and the picture name the hot runs") {
   HeatRun calm{.stepping = "default", .must_hold = true, .setting = {.group = "falling"}, .z = 3, .share = 1.02, .frame = 7};
   HeatRun hot = calm;
   hot.stepping = "theta 0.5";

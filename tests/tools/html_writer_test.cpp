@@ -178,7 +178,7 @@ void check_frame(const Decoded& frame, const State<T>& state) {
   }
 }
 
-TEST_CASE_TEMPLATE("an .html holds every state to half a lattice spacing, though particles come", T, float, double) {
+TEST_CASE_TEMPLATE("an .html holds every state to half a lattice spacing, also as particles come", T, float, double) {
   const PageFolder folder("states");
   constexpr std::array<std::size_t, 6> counts{1100, 1100, 1200, 1200, 1200, 1500};
   Fountain<T> fountain(1500);
@@ -271,7 +271,7 @@ TEST_CASE("particles that come and go are followed from state to state, whatever
   }
 }
 
-TEST_CASE("a page of many particles that come and go shows the same ones as long as they live") {
+TEST_CASE("a page of many particles that come and go shows the same particles for as long as they live") {
   const PageFolder folder("some");
   Crowd crowd(60'000);
   std::vector<std::uint32_t> now;
@@ -302,7 +302,7 @@ TEST_CASE("a page of many particles that come and go shows the same ones as long
   for (std::size_t i = 0; i < second.size(); ++i) CHECK(std::abs(frames[1].x[3 * i] - wanted.x[0][i]) <= frames[1].spacing);
 }
 
-TEST_CASE("few particles far from the origin are held to what float32 is there") {
+TEST_CASE("a page of few particles far from the origin keeps the accuracy of float32 there") {
   const PageFolder folder("far");
   Soa<float> memory(2);
   auto state = memory.view();
@@ -339,7 +339,7 @@ TEST_CASE("a particle that is not finite stays where it was, and is counted") {
   CHECK(elements(document, "frame")[1].attribute("data-bad").as_int() == 1);
 }
 
-TEST_CASE("a page of many particles that nothing joins shows some, and says so") {
+TEST_CASE("a page of many unjoined particles shows a part of them, and says so") {
   const PageFolder folder("many");
   Soa<float> memory(120001);
   auto state = memory.view();
@@ -372,7 +372,7 @@ TEST_CASE("distances to a reference are held to an eighth of an octave") {
   }
 }
 
-TEST_CASE("a page tells of the scene, whatever its name has in it") {
+TEST_CASE("a page holds the scene's data, whatever characters its name has") {
   const PageFolder folder("scene");
   SceneFile file{
       .path = "a.json", .name = "</script> & <b>", .about = "", .step = 0.1, .duration = 1, .particles = {}, .scene = {}};
@@ -407,7 +407,7 @@ TEST_CASE("a page tells of the scene, whatever its name has in it") {
   CHECK(unpacked(elements(document, "faces")[0].text().get(), 100) == std::string("\3\0\0\0\0\0\0\0\1\0\0\0\2\0\0\0", 16));
 }
 
-TEST_CASE("a page is told which grids are nets, and what springs, rods and sides have at rest") {
+TEST_CASE("a page holds which grids are nets, and the rest lengths of springs, rods and sides") {
   const PageFolder folder("rests");
   SceneFile file{.path = "a.json", .name = "", .about = "", .step = 0.1, .duration = 1, .particles = {}, .scene = {}};
   file.scene.add(Grid{.rows = 2, .columns = 3, .first = 1, .edge_u = {4, 0, 0}, .edge_v = {0, 0, 3}, .structural = 1});
@@ -429,7 +429,7 @@ TEST_CASE("a page is told which grids are nets, and what springs, rods and sides
   CHECK(rests == std::vector<float>{0.5F, 0.25F, 0, 0.125F, 0});
 }
 
-TEST_CASE("a frame has the box of nearly all: one that is far away does not count, nor what is not much farther") {
+TEST_CASE("a frame's box leaves out a particle far away from all others, but not one only a little farther out") {
   const auto box_with = [](float last, std::size_t count) {
     std::array<std::vector<float>, 3> points{};
     for (auto& axis : points) axis.assign(count, 0.0F);
@@ -485,7 +485,7 @@ TEST_CASE("without its page an .html is refused before anything is written, and 
   CHECK(folder.entries() == 1);
 }
 
-TEST_CASE("nothing is left of an .html that is not finished") {
+TEST_CASE("an unfinished .html leaves no file") {
   const PageFolder folder("unfinished");
   {
     Soa<float> memory(1);

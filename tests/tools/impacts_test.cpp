@@ -243,7 +243,7 @@ TEST_CASE("a particle that is pressed into a corner bounces off the third surfac
 
 // --- spheres -----------------------------------------------------------------------------------------------------------------
 
-TEST_CASE("inside a sphere without forces a chord follows the other") {
+TEST_CASE("a particle without forces inside a sphere flies chord after chord") {
   // The inscribed square, from the middle of a side: after four impacts the particle is back at its start.
   const double side = std::numbers::sqrt2;
   auto file = one_particle({0, -side / 2, 0}, {side, 0, 0});
@@ -260,7 +260,7 @@ TEST_CASE("inside a sphere without forces a chord follows the other") {
   CHECK(found.most_impacts == 100);
 }
 
-TEST_CASE("on top of a sphere and at the bottom of one a ball bounces as on a floor, and rests") {
+TEST_CASE("a ball on top of a sphere or at the bottom of one bounces as on a floor, and rests") {
   for (const auto side : {dvdx::Side::outside, dvdx::Side::inside}) {
     auto sphere = one_particle({0, 1, 0}, {});
     sphere.scene.add(dvdx::Constant{.acceleration = {0, -9.81, 0}});
@@ -277,7 +277,7 @@ TEST_CASE("on top of a sphere and at the bottom of one a ball bounces as on a fl
 
 // --- motions not covered -----------------------------------------------------------------------------------------------------
 
-TEST_CASE("motions that are not followed are told by name") {
+TEST_CASE("a motion that is not followed is reported with its reason") {
   auto spring = puck({1, 0, 0}, {0, -10, 0}, 0);
   spring.scene.add(dvdx::Spring{.stiffness = 1.0});
   CHECK(reason(spring, 1).find("other forces") != std::string::npos);
@@ -331,7 +331,7 @@ TEST_CASE("hail: the kernel's error against the impacts' closed form falls with 
   CHECK(fine < coarse / 4);  // first order: drag does not act in the rest of a step after an impact
 }
 
-TEST_CASE("a wrong law shows in the report as an error of the size that it has") {
+TEST_CASE("a wrong law shows in the report as an error of its own size") {
   const auto sample = hailstones();
   const auto grid = own_steps(sample);
   const auto right = first_reference(sample, grid, on_one_thread());
@@ -372,7 +372,7 @@ TEST_CASE("a ball on a floor of restitution 0.51 in place of 0.5 is off by what 
   CHECK(off(static_cast<double>(wrong.path.x[end] - right.path.x[end]), 0.01 * 9.81 * fall * (t - fall)) < 1e-15);
 }
 
-TEST_CASE("where there is no closed form the report says that its reference is the same kernel, and why") {
+TEST_CASE("a report without a closed form says that its reference is the same kernel, and why") {
   auto bowl = one_particle({0.5, 0, 0}, {});
   bowl.name = bowl.path = "bowl";
   bowl.step = 0.01;

@@ -92,7 +92,7 @@ bool comes_true(const std::function<bool()>& condition) {
   return false;
 }
 
-TEST_CASE("a signal that ends a run leaves no part of any format, and is the exit status") {
+TEST_CASE("a signal that ends a run leaves no part file of any format, and is the exit status") {
   struct Format {
     const char* out;
     std::size_t parts;  // part files that exist while it is written
@@ -120,7 +120,7 @@ TEST_CASE("a signal that ends a run leaves no part of any format, and is the exi
   }
 }
 
-TEST_CASE("the next run that writes there removes the files that a killed one left") {
+TEST_CASE("the next run to the same target removes the part files of a killed run") {
   for (const std::string out : {"a.csv", "a.npz", "a.ply", "a.vtp", "a.pc2"}) {
     CAPTURE(out);
     const EndlessFolder folder("killed");
@@ -137,7 +137,7 @@ TEST_CASE("the next run that writes there removes the files that a killed one le
   }
 }
 
-TEST_CASE("impacts, reports and pictures remove what killed runs have left, too") {
+TEST_CASE("runs with --events, reports and pictures remove the part files of killed runs") {
   const EndlessFolder folder("killed-others");
   folder.write("flag.json", R"({"format": "dvdx-scene/1", "name": "flag", "step": 0.01, "duration": 0.1,
     "network": {"type": "grid", "rows": 8, "columns": 8, "origin": [0, 0, 0], "edge_u": [1, 0, 0], "edge_v": [0, 0, 1],
@@ -157,7 +157,7 @@ TEST_CASE("impacts, reports and pictures remove what killed runs have left, too"
   }
 }
 
-TEST_CASE("parts of a run that goes on stay, and so do names that tell of no process that has ended") {
+TEST_CASE("part files of a running process stay, and so do files whose names identify no ended process") {
   const EndlessFolder folder("both");
   Child child(folder, {"run", "endless.json", "--every", "1000", "--out", "a.csv", "--threads", "1"});
   REQUIRE(comes_true([&] { return folder.parts() == 1; }));
@@ -195,7 +195,7 @@ TEST_CASE("parts of a run that goes on stay, and so do names that tell of no pro
   CHECK(folder.parts() == kept.size());
 }
 
-TEST_CASE("a signal that ends a report or the hard cases leaves no directory that they made") {
+TEST_CASE("a signal that ends a report or the hard cases leaves no directory made by them") {
   for (const int signal : {SIGINT, SIGTERM}) {
     CAPTURE(signal);
     const EndlessFolder folder("report");
@@ -213,7 +213,7 @@ TEST_CASE("a signal that ends a report or the hard cases leaves no directory tha
   }
 }
 
-TEST_CASE("a signal leaves a directory that was there before, and what is in it") {
+TEST_CASE("a signal leaves an existing directory and its files") {
   const EndlessFolder folder("kept");
   std::filesystem::create_directory(folder / "found");
   folder.write("found/other.txt", "mine");
@@ -225,7 +225,7 @@ TEST_CASE("a signal leaves a directory that was there before, and what is in it"
 }
 
 // The signal arrives during the steps, before the output is next examined.
-TEST_CASE("a signal leaves the first checkpoint and the states and impacts that it counts on") {
+TEST_CASE("a signal leaves the first checkpoint, and the states and impacts that belong to it") {
   const EndlessFolder folder("checkpoint");
   Child child(folder, {"run", "endless.json", "--set", "particles.count=20000", "--every", "800", "--out", "a.csv", "--events",
                        "e.csv", "--checkpoint", "at", "--checkpoint-every", "800", "--threads", "1"});
@@ -245,7 +245,7 @@ TEST_CASE("a signal that the program was started to ignore stays ignored") {
   CHECK(folder.entries() == 1);
 }
 
-TEST_CASE("a file that grows beyond the limit on file sizes is exit 4, and nothing of it stays") {
+TEST_CASE("a file that grows beyond the limit on file sizes is exit 4, and leaves no part") {
   for (const char* out : {"a.csv", "a.npz", "a.ply", "a.vtp", "a.pc2"}) {
     CAPTURE(out);
     const EndlessFolder folder("limit");

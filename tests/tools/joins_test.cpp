@@ -28,7 +28,7 @@ json report_of(const ScratchFolder& folder, const std::string& arguments, int ex
 constexpr double g = 9.81;
 
 // A weight released on a spring of 1 m at rest length moves down by m g/k, and by as much again.
-TEST_CASE("run says how far springs stretch: a weight on a spring goes twice as far as it hangs") {
+TEST_CASE("run reports the stretch of springs: a released weight goes twice as far as it hangs") {
   const ScratchFolder folder("stretch");
   folder.write("weight.json", R"({"format": "dvdx-scene/1", "name": "weight", "step": 0.001, "duration": 2,
     "particles": {"count": 2, "mass": 1, "position": {"values": [[0, 2, 0], [0, 1, 0]]}}, "fixed": [0],
@@ -46,7 +46,7 @@ TEST_CASE("run says how far springs stretch: a weight on a spring goes twice as 
   CHECK(table.find(" at most; forces can have given ") != std::string::npos);
 }
 
-TEST_CASE("run says how far rods are off, and whether what they alone join heats") {
+TEST_CASE("run reports how far rods are off, and whether a scene joined by rods alone heats") {
   const ScratchFolder folder("rods");
   folder.write("pendulum.json", R"({"format": "dvdx-scene/1", "name": "pendulum", "step": 0.01, "duration": 1,
     "particles": {"count": 3, "mass": 1, "position": {"values": [[0, 0, 0], [1, 0, 0], [1, 5, 0]]}}, "fixed": [0],
@@ -70,7 +70,7 @@ TEST_CASE("run says how far rods are off, and whether what they alone join heats
 }
 
 // A net of 5 x 5 knots that falls into one corner, with a load of a hundred knots in the opposite one.
-TEST_CASE("ropes that cross take as many sub-steps as what may hang on them asks for, and are too long by one") {
+TEST_CASE("crossing ropes take the sub-steps that their possible load needs, and one sub-step overstretches them") {
   const ScratchFolder folder("net");
   json places = json::array(), pairs = json::array();
   for (int i = 0; i < 25; ++i) {
@@ -101,7 +101,7 @@ TEST_CASE("ropes that cross take as many sub-steps as what may hang on them asks
 }
 
 // 100 kg on 20 springs of 1e6 N/m, with one sweep to and fro of extended position-based dynamics: they would stretch by metres.
-TEST_CASE("run warns of springs that hold more than there is, and the cure that it names helps") {
+TEST_CASE("run warns of springs that hold more energy than was given, and the cure that it names helps") {
   const ScratchFolder folder("soft");
   std::string places, pairs;
   for (int i = 0; i <= 20; ++i) {
@@ -132,7 +132,7 @@ TEST_CASE("run warns of springs that hold more than there is, and the cure that 
 }
 
 // 16 x 16 particles of 1/256 kg on sides of 0.1 m: omega^2 = 2 * 4 * g * 256 / 0.1 is at most (2 / (0.01 s / 3))^2.
-TEST_CASE("run says the sub-steps that a strain limit of a sheet asks for") {
+TEST_CASE("run reports the sub-steps that a sheet's strain limit needs") {
   const ScratchFolder folder("strain");
   folder.write("sheet.json", R"({"format": "dvdx-scene/1", "name": "sheet", "step": 0.01, "duration": 0.02,
     "network": {"type": "grid", "rows": 16, "columns": 16, "origin": [0, 0, 0], "edge_u": [1.5, 0, 0], "edge_v": [0, 0, 1.5],
@@ -142,7 +142,7 @@ TEST_CASE("run says the sub-steps that a strain limit of a sheet asks for") {
   CHECK(report_of(folder, "sheet.json")["substeps"] == 1);
 }
 
-TEST_CASE("run of a scene that nothing joins says nothing of joints") {
+TEST_CASE("run of a scene without joints reports no stretch, rods or heating") {
   const ScratchFolder folder("unjoined");
   folder.write("fall.json", R"({"format": "dvdx-scene/1", "name": "fall", "step": 0.01, "duration": 0.1,
     "particles": {"count": 2, "mass": 1}, "forces": [{"type": "constant", "acceleration": [0, -9.81, 0]}]})");
@@ -151,7 +151,7 @@ TEST_CASE("run of a scene that nothing joins says nothing of joints") {
   CHECK(!report["energy"].contains("most"));
 }
 
-TEST_CASE("springs and rods as long as at the start, of places that a file gives") {
+TEST_CASE("springs and rods as long as at the start take their lengths from the positions in a file") {
   const ScratchFolder folder("places");
   folder.write("places.csv", "0,0,0\n1,0,0\n2,0,0\n");
   folder.write("start.json", R"({"format": "dvdx-scene/1", "name": "start", "step": 0.01, "duration": 0.1,
@@ -164,7 +164,7 @@ TEST_CASE("springs and rods as long as at the start, of places that a file gives
   CHECK(report_of(folder, "rods.json")["rods"]["most"] == 0);
 }
 
-TEST_CASE("run warns of sub-steps by which a sheet may swing on, and those that it names rest") {
+TEST_CASE("run warns of too few sub-steps to bring a sheet to rest, and the number that it names suffices") {
   const ScratchFolder folder("swings_on");
   folder.write("flat.json", R"({"format": "dvdx-scene/1", "name": "flat", "step": 0.016666666666666666, "duration": 8,
     "network": {"type": "grid", "rows": 40, "columns": 40, "origin": [0, 0, 0], "edge_u": [1, 0, 0], "edge_v": [0, 0, 1],
@@ -199,7 +199,7 @@ TEST_CASE("run warns of sub-steps by which a sheet may swing on, and those that 
 }
 
 // 24 rods in a ring of 1 m that spins at 20 m/s: 24 kg, 4800 J.
-TEST_CASE("run warns of rods that lose energy though nothing takes it, and the cure that it names helps") {
+TEST_CASE("run warns of rods that lose energy without a cause, and the cure that it names helps") {
   const ScratchFolder folder("ring");
   constexpr int n = 24;
   json places = json::array(), speeds = json::array(), pairs = json::array();

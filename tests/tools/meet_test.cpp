@@ -50,7 +50,7 @@ std::string cure_of(const json& report) {
   return report["warnings"][0]["cure"].get<std::string>();
 }
 
-TEST_CASE("run says how many pairs touch, and how long lists were") {
+TEST_CASE("run reports how many pairs touch, and how long the neighbour lists were") {
   const ScratchFolder folder("meet-run");
   write_grains(folder);
   const auto result = run(folder, "run grains.json");
@@ -82,7 +82,7 @@ TEST_CASE("a list that is too long stops a run, and nothing is written") {
   CHECK(!std::filesystem::exists(folder.path() / "grains.csv"));
 }
 
-TEST_CASE("run warns of cloth that is stretched so far that cloth fits through") {
+TEST_CASE("run warns of cloth stretched so far that cloth fits through, and the cure that it names helps") {
   const ScratchFolder folder("meet-cross");
   write_sheet(folder, "20");
   const json report = json::parse(run(folder, "run sheet.json --json").out);
@@ -122,7 +122,7 @@ TEST_CASE("run warns of cloth that is stretched so far that cloth fits through")
   CHECK(json::parse(run(folder, "run sheet.json --json").out)["warnings"] == json::array());
 }
 
-TEST_CASE("run warns of cells that are stretched beyond their own part") {
+TEST_CASE("run warns of overstretched cells also where meet gives a part of cells in place of a thickness") {
   const ScratchFolder folder("meet-part");
   write_sheet(folder, "20");
   const std::string command = R"(run sheet.json --set network.shear=1 --set 'meet={"part_of_cells": 0.8}' )";
@@ -140,7 +140,7 @@ TEST_CASE("run warns of cells that are stretched beyond their own part") {
   CHECK(run(folder, command + "--strict --set network.structural=2000").exit == 0);
 }
 
-TEST_CASE("a cell that is drawn askew is no wider: its diagonals do not count") {
+TEST_CASE("a sheared cell counts as no wider: its diagonals do not count") {
   const ScratchFolder folder("meet-askew");
   write_sheet(folder, "20000");
   const auto result = run(folder, "run sheet.json --json --strict --set network.shear=0.1 --set network.fixed=[0]");
@@ -160,7 +160,7 @@ void write_crossed(const ScratchFolder& folder, const std::string& height) {
     "meet": {"thickness": 0.002}})");
 }
 
-TEST_CASE("run warns of layers that start too near to meet, and the cure is taken") {
+TEST_CASE("run warns of layers that start too near to meet, and the cure that it names helps") {
   const ScratchFolder folder("meet-layers");
   const auto write = [&](const std::string& height) {
     const std::string sheet = R"("mass": 0.16, "structural": 100, "shear": 50, "rows": 4, "columns": 4, "type": "grid", )";
@@ -187,7 +187,7 @@ TEST_CASE("run warns of layers that start too near to meet, and the cure is take
   CHECK(run(folder, "run layers.json --strict").exit == 0);
 }
 
-TEST_CASE("run warns of friction by which cloth may gain energy, of balls in one another, and of bounces that add energy") {
+TEST_CASE("run warns of friction that may add energy, of balls in one another, and of bounces that change the energy") {
   const ScratchFolder folder("meet-warnings");
   const auto codes = [&](const std::string& command) {
     const json report = json::parse(run(folder, command + " --json").out);
@@ -279,7 +279,7 @@ TEST_CASE("the shipped cradle swings on: one ball comes, and one leaves at the o
   CHECK(x[9] - x[4] > 0.3 * std::sin(0.7));
 }
 
-TEST_CASE("commands that compare with a reference refuse a pile") {
+TEST_CASE("commands that compare with a reference refuse a scene with meet") {
   const ScratchFolder folder("meet-refused");
   write_grains(folder);
   for (const char* command : {"report grains.json", "tune grains.json --error 1e-3"}) {
@@ -290,7 +290,7 @@ TEST_CASE("commands that compare with a reference refuse a pile") {
   }
 }
 
-TEST_CASE("a page is told the size of balls, one for all or one for each, and none of cloth") {
+TEST_CASE("a page holds the radius of balls, one for all or one for each, and none for cloth") {
   const ScratchFolder folder("meet-page");
   write_grains(folder);
   auto file = dvdx::tool::read_scene(folder / "grains.json");
@@ -320,7 +320,7 @@ void write_pour(const ScratchFolder& folder) {
     "meet": {"radius": 0.02, "friction": 0.3}})");
 }
 
-TEST_CASE("balls are poured, meet and go: run, explain and pictures take them") {
+TEST_CASE("run, explain and pictures take balls that are poured, meet and go") {
   const ScratchFolder folder("meet-pour");
   write_pour(folder);
   const auto result = run(folder, "run pour.json --json --out pour.png");
@@ -337,7 +337,7 @@ TEST_CASE("balls are poured, meet and go: run, explain and pictures take them") 
   CHECK(words.find("one step of all of them, sub-step by sub-step: they meet") != std::string::npos);
 }
 
-TEST_CASE("where poured balls find too many within reach, the run says which key and when") {
+TEST_CASE("a run of poured balls with too many neighbours names the key and the time") {
   const ScratchFolder folder("meet-pour-long");
   write_pour(folder);
   const auto result = run(folder, "run pour.json --set meet.most_neighbours=1");
@@ -345,7 +345,7 @@ TEST_CASE("where poured balls find too many within reach, the run says which key
   CHECK(result.err.find("pour.json: meet.most_neighbours is 1, and between ") != std::string::npos);
 }
 
-TEST_CASE("keys of meet that balls may not have where they come and go are refused by name") {
+TEST_CASE("keys that do not go with balls that come and go are refused by name") {
   const ScratchFolder folder("meet-pour-refused");
   write_pour(folder);
   const std::vector<std::pair<std::string, std::string>> refused = {

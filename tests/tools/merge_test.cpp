@@ -27,7 +27,7 @@ int shell(const ScratchFolder& folder, const std::string& line) {
   return WEXITSTATUS(std::system(all.c_str()));
 }
 
-TEST_CASE("a sweep has a report a line, is not run again, and merges into one table") {
+TEST_CASE("a sweep writes a report for each line, keeps existing reports, and merges into one table") {
   const ScratchFolder folder("sweep");
   folder.write("fall.json", scene);
   folder.write("values.txt", "--seed 1\n--seed 2 --set forces[0].acceleration=[0,-1,0]\n--duration 1\n");
@@ -50,7 +50,7 @@ TEST_CASE("a sweep has a report a line, is not run again, and merges into one ta
   CHECK(!std::filesystem::exists(folder / "reports/4.json"));
 }
 
-TEST_CASE("merge refuses what is no report") {
+TEST_CASE("merge refuses a file that is not a report") {
   const ScratchFolder folder("merge");
   folder.write("fall.json", scene);
   folder.write("text.json", "hello");
@@ -60,7 +60,7 @@ TEST_CASE("merge refuses what is no report") {
   CHECK(run(folder, "merge").exit == 2);
 }
 
-TEST_CASE("a scene that is killed goes on by itself to the same end") {
+TEST_CASE("a killed scene resumes by itself to the same end") {
   const ScratchFolder folder("farm");
   folder.write("fall.json", scene);
   // Ends itself twice, as kill -9 would, at some step after the first checkpoint.

@@ -60,7 +60,7 @@ TEST_CASE("vertices at one place are one particle, numbered by the first") {
   CHECK(apart.facts.apart == 0);
 }
 
-TEST_CASE("a seam whose vertices are a little apart is welded by what is at least as much") {
+TEST_CASE("a seam whose vertices are a little apart is welded by a distance at least as large") {
   const std::string open = "v 0 0 0\nv 1 0 0\nv 0 0 1\nv 1.000001 0 0\nv 1 0 1\nv 0 -1e-6 1\nf 1 2 3\nf 4 5 6\n";
   for (const double weld : {0.0, 0.9e-6}) {
     const auto two = made(open, weld);
@@ -78,7 +78,7 @@ TEST_CASE("a seam whose vertices are a little apart is welded by what is at leas
   }
 }
 
-TEST_CASE("vertices of which each is close enough to the next are one particle") {
+TEST_CASE("vertices in a chain of distances up to the weld are one particle") {
   const std::string chain = "v 0 0 0\nv 0 2e-5 0\nv 1 0 0\nv 0 1e-5 0\nv 0 0 1\nf 1 3 5\nf 2 3 5\nf 4 3 5\n";
   CHECK(made(chain, 0.9e-5).facts.particles == 5);
   const auto one = made(chain, 1.1e-5);
@@ -87,7 +87,7 @@ TEST_CASE("vertices of which each is close enough to the next are one particle")
 }
 
 // Compares the groups with those by every pair's distance, whichever cells the vertices are in.
-TEST_CASE("welding joins the vertices that every pair's distance says") {
+TEST_CASE("welding forms the same groups as a comparison of every pair's distance") {
   std::string text;
   std::vector<Vec3> places;
   std::uint32_t word = 1;
@@ -164,7 +164,7 @@ TEST_CASE("faces lose the corners that fall together, and become lines where two
   CHECK(made("v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 0\nv 0 1 0\nv 1 0 0\nf 1 2 3\nf 4 5 6\n").mesh.faces == Faces{{0, 1, 2}});
 }
 
-TEST_CASE("pieces that lie apart as cloth does are no seam") {
+TEST_CASE("pieces that lie a cloth's distance apart are no seam") {
   const auto layers = made("v 0 0 0\nv 1 0 0\nv 0 0 1\nv 0 0.01 0\nv 1 0.01 0\nv 0 0.01 1\nf 1 2 3\nf 4 5 6\n");
   CHECK(layers.facts.pieces == 2);
   CHECK(layers.facts.near == 0);
@@ -206,7 +206,7 @@ std::vector<std::string> codes_of(const SceneFile& file) {
 
 using Codes = std::vector<std::string>;
 
-TEST_CASE("a scene names particles by the file's vertices, whichever are one or left out") {
+TEST_CASE("a scene names particles by the file's vertices, also where vertices are welded or left out") {
   const ScratchFolder folder("named");
   folder.write("seam.obj", seam);
   folder.write("loose.obj", loose);
@@ -240,7 +240,7 @@ TEST_CASE("a scene names particles by the file's vertices, whichever are one or 
         "particles.count is 4: must be left out, or 6, which is how many the network makes, each vertex of a mesh counted");
 }
 
-TEST_CASE("drawn and listed values are those of the first vertex") {
+TEST_CASE("a welded particle has the drawn and listed values of its first vertex") {
   const ScratchFolder folder("values");
   folder.write("seam.obj", seam);
   auto scene = scene_of("seam.obj");
@@ -276,7 +276,7 @@ TEST_CASE("a skin's lists have an entry for each vertex that it names") {
   CHECK(refusal_of(folder, scene) == "skins[0].at_most has 2 entries: must have one for each of the skin's 3 particles");
 }
 
-TEST_CASE("networks that follow a mesh go on from its vertices") {
+TEST_CASE("networks after a mesh number on from its vertices") {
   const ScratchFolder folder("list");
   folder.write("loose.obj", loose);
   folder.write("seam.obj", seam);
@@ -298,7 +298,7 @@ TEST_CASE("networks that follow a mesh go on from its vertices") {
   CHECK(file.topology.lines == std::vector<Pair>{{8, 12}});  // the first index of each end
 }
 
-TEST_CASE("vertices that are left out are not joined, and need not be held") {
+TEST_CASE("a vertex that is left out may be named as fixed, but not in a constraint") {
   const ScratchFolder folder("left-out");
   folder.write("loose.obj", loose);
   auto scene = scene_of("loose.obj");
@@ -328,7 +328,7 @@ TEST_CASE("vertices that are left out are not joined, and need not be held") {
 }
 
 // Files in the style of several programs. Each joins at least four particles to one cloth.
-TEST_CASE("odd .obj files are cloth") {
+TEST_CASE("unusual .obj files are read as one piece of cloth") {
   const ScratchFolder folder("odd");
   const std::string square = "v 0 0 0\nv 1 0 0\nv 1 0 1\nv 0 0 1\n";
   const auto facts = [&](const std::string& text) {
@@ -409,7 +409,7 @@ std::string behind_particle(const std::string& row) {
   return row.substr(at);
 }
 
-TEST_CASE("files have the mesh's vertices in its order, those of one particle at its place") {
+TEST_CASE("output files have the mesh's vertices in file order, and welded ones at their particle's place") {
   const ScratchFolder folder("written");
   write_both(folder);
   const json one = done(folder, "run seam.json --json --every 5 --out seam.csv");
@@ -458,7 +458,7 @@ TEST_CASE("a run of a welded mesh goes on from a checkpoint, and not with anothe
   CHECK(test::run(folder, "verify seam.json").exit == 0);
 }
 
-TEST_CASE("a run names vertices: of the spring that stretches and the particle that hits") {
+TEST_CASE("a run names the most stretched spring and the particles that hit by the file's vertices") {
   const ScratchFolder folder("named-seen");
   write_both(folder);
   auto scene = json::parse(folder.read("seam.json"));

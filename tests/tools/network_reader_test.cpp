@@ -84,7 +84,7 @@ TEST_CASE("a grid makes its particles row by row from its origin") {
   CHECK(file.topology.faces[5] == std::vector<std::uint32_t>{6, 7, 12, 11});
 }
 
-TEST_CASE("a grid that its sides alone hold together is a net, one with shear, bend or air is cloth") {
+TEST_CASE("a grid held by its sides alone is a net, and a grid with shear, bend or air is cloth") {
   auto net = json::parse(grid);
   net.erase("shear");
   net.erase("bend");
@@ -100,7 +100,7 @@ TEST_CASE("a grid that its sides alone hold together is a net, one with shear, b
   CHECK(read(sheared).topology.nets == std::vector<Pair>{{45, 15}});
 }
 
-TEST_CASE("a grid's particles may be given a velocity, and nothing that the grid gives") {
+TEST_CASE("a grid's particles may be given a velocity, but not a mass") {
   auto scene = with_network(grid);
   scene["particles"] = json::parse(R"({"velocity":{"uniform":{"min":[0,0,0],"max":[1,1,1],"seed":1}},"count":15})");
   CHECK(value_of(read(scene).particles.velocity, 14) != Vec3{});
@@ -113,7 +113,7 @@ TEST_CASE("a grid's particles may be given a velocity, and nothing that the grid
   CHECK(message_of(scene) == "cloth.json: particles.velocity.values has 1 entries: must have 15, one for each particle");
 }
 
-TEST_CASE("a grid and a mesh may meet air, and the wind may gust") {
+TEST_CASE("a grid takes aerodynamics, and the wind takes gusts") {
   auto scene = with_network(grid);
   scene["network"]["aerodynamics"] = json::parse(R"({"density":1.3,"drag":0.9,"lift":0.4})");
   scene["wind"] = json::parse("[1,2,3]");
@@ -144,7 +144,7 @@ TEST_CASE("a grid and a mesh may meet air, and the wind may gust") {
         "cloth.json: network.aerodynamics is there, and a grid of one row or one column has no triangles: must be left out");
 }
 
-TEST_CASE("springs may be torn, and may tear") {
+TEST_CASE("a network may list springs that are broken, and a stretch at which springs tear") {
   auto scene = with_network(grid);
   CHECK(read(scene).tears_at.empty());
   scene["network"]["broken"] = json::parse("[[0,1],[6,0]]");
@@ -165,7 +165,7 @@ TEST_CASE("springs may be torn, and may tear") {
   }
 }
 
-TEST_CASE("a face goes with a torn spring along one of its sides, a line with its own") {
+TEST_CASE("a torn spring removes the faces beside it and its own line") {
   const Topology whole{.lines = {{4, 5}, {5, 6}}, .faces = {{0, 1, 2, 3}, {1, 2, 4}, {4, 5, 6}}};
   const std::vector<Tear> tears{{.step = 1, .ends = {2, 1}}, {.step = 3, .ends = {5, 6}}, {.step = 3, .ends = {0, 2}}};
   CHECK(without(whole, {}) == whole);
@@ -315,7 +315,7 @@ TEST_CASE("a contact's mesh is its file's triangles, faces of more sides cut int
   CHECK(refusal("side", "inside").find("contacts[0].side") != std::string::npos);
 }
 
-TEST_CASE("a mesh's faces of four sides are held across with the stiffness of their sides") {
+TEST_CASE("the diagonals of a mesh's four-sided faces have the stiffness of the sides") {
   const test::ScratchFolder folder("quad");
   folder.write("quad.obj", "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nf 1 2 3 4\n");
   const auto file =
@@ -366,7 +366,7 @@ TEST_CASE("springs join the particles that the scene lists") {
   CHECK(scene_schema().accepts(scene));
 }
 
-TEST_CASE("a network's method is the scene's where it names none, and sub-steps may be auto") {
+TEST_CASE("a network without a method takes the scene's, and sub-steps may be auto") {
   auto scene = with_network(grid);
   scene["method"] = "exact";
   scene["network"]["substeps"] = "auto";
@@ -374,7 +374,7 @@ TEST_CASE("a network's method is the scene's where it names none, and sub-steps 
   CHECK_FALSE(read(scene).scene.coupling.substeps.has_value());
 }
 
-TEST_CASE("sub-steps have a limit where a network or constraints name one, no lower than those asked for") {
+TEST_CASE("a network or constraints may limit the sub-steps, and the limit is at least the number asked for") {
   auto scene = with_network(grid);
   CHECK_FALSE(read(scene).scene.coupling.most_substeps.has_value());
   scene["network"]["most_substeps"] = 16;
@@ -391,7 +391,7 @@ TEST_CASE("sub-steps have a limit where a network or constraints name one, no lo
   CHECK(message_of(rods) == "cloth.json: most_substeps is 4: must be left out of a scene without constraints and without meet");
 }
 
-TEST_CASE("networks that are stepped together are stepped alike") {
+TEST_CASE("networks of one scene with different stepping keys are refused") {
   auto scene = empty_scene();
   const auto second = [&](const char* key, const json& value) {
     scene["network"] = {json::parse(grid), json::parse(grid)};
@@ -418,7 +418,7 @@ TEST_CASE("networks that are stepped together are stepped alike") {
   CHECK(message_of(scene) == "cloth.json: network[1].scheme is leapfrog where left out and sequential" + tail);
 }
 
-TEST_CASE("a key that another scheme alone reads is refused beside this one") {
+TEST_CASE("a key that only another scheme reads is refused") {
   const auto message = [](const char* scheme, const char* key, const json& value) {
     auto scene = with_network(grid);
     scene["network"]["scheme"] = scheme;
@@ -468,7 +468,7 @@ void check_all(const json& good, std::initializer_list<BadValue> all) {
   }
 }
 
-TEST_CASE("a sheet needs as much room as is held of it: no faces without pictures, and of several ranks each its rows") {
+TEST_CASE("a sheet's memory is that which a rank holds: its own rows, and faces only for pictures") {
   auto scene = with_network(grid);
   scene["network"]["rows"] = 1000000;  // with five particles
   const auto refused = [&](ReadTopology topology, std::size_t ranks) {
@@ -548,7 +548,7 @@ TEST_CASE("a wrong value in a grid is refused with its path, its value and what 
         "constraints[0].particle is 15: must be a whole number from 0 to 14", BySchema::accepted}});
 }
 
-TEST_CASE("a wrong value in springs is refused likewise") {
+TEST_CASE("a wrong value in springs is refused with its path, its value and what is valid") {
   auto scene = with_particles(3);
   scene["network"] = json::parse(R"({"type":"springs","pairs":[[0,1],[1,2]],"stiffness":{"values":[1,2]},"rest_length":1})");
   check_all(scene,

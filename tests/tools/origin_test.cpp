@@ -28,7 +28,7 @@ constexpr const char* springs =
     R"(, "forces": [{"type": "spring", "stiffness": 36, "anchor": {"values": [[0, 0, 0], [10000.25, 0, 0]]}}])";
 constexpr const char* ground = R"(, "contacts": [{"type": "plane", "normal": [0, 1, 0], "offset": 0}])";
 
-TEST_CASE("origin of a scene: each particle's own, near its anchor or its start, where it is far out") {
+TEST_CASE("origin of a scene: each particle far out has its own, near its anchor or its start") {
   const auto held = scene(here_and_far, springs);
   REQUIRE(held.scene.origin.is_each());
   CHECK(held.scene.origin.at(0) == Vec3{0, 0, 0});
@@ -36,14 +36,14 @@ TEST_CASE("origin of a scene: each particle's own, near its anchor or its start,
   CHECK(scene(here_and_far, "").scene.origin.at(1) == Vec3{10001, 1, 0});
 }
 
-TEST_CASE("origin of a scene: one for all where contacts or springs ask for one, if it brings them nearer") {
+TEST_CASE("origin of a scene: contacts or springs give all particles one, if it brings them nearer") {
   CHECK(scene(both_far, ground).scene.origin == Origin(Vec3{10002, 1, 0}));
   CHECK(scene(here_and_far, ground).scene.origin.is_world());
   CHECK(scene(both_far, R"(, "network": {"type": "springs", "pairs": [[0, 1]], "stiffness": 3, "rest_length": "start"})")
             .scene.origin == Origin(Vec3{10002, 1, 0}));
 }
 
-TEST_CASE("origin of a scene: in the middle of all that are drawn, not of the first of them") {
+TEST_CASE("origin of a scene: a shared one lies in the middle of all drawn particles, not of the first ones") {
   const auto drawn = [](const char* bounds) {
     return scene(std::string(R"({"count": 100000, "position": {"uniform": {)") + bounds + R"(, "seed": 1}}})", ground);
   };
@@ -58,7 +58,7 @@ TEST_CASE("origin of a scene: in the middle of all that are drawn, not of the fi
   CHECK(drawn(R"("min": [-500, 1, 1], "max": [500, 2, 2])").scene.origin.is_world());
 }
 
-TEST_CASE("origin of a scene: the world's own near home, in float64, compensated, and where the file says so") {
+TEST_CASE("origin of a scene: the world's own is kept near home, in float64, compensated, and where the file says so") {
   CHECK(scene(R"({"count": 1, "position": [60, 0, 0]})", "").scene.origin.is_world());
   CHECK(scene(both_far, springs, Precision::float64).scene.origin.is_world());
   CHECK(scene(both_far, springs, Precision::float32_compensated).scene.origin.is_world());
@@ -67,7 +67,7 @@ TEST_CASE("origin of a scene: the world's own near home, in float64, compensated
   CHECK(scene(both_far, R"(, "origin": "auto")").scene.origin.is_each());
 }
 
-TEST_CASE("a start counted from its origin is seen where the scene puts it") {
+TEST_CASE("a start stored relative to its origin reads back where the scene puts it") {
   const auto file = scene(here_and_far, springs);
   StateMemory<float> memory(Layout::aos, 2);
   auto state = memory.view();
@@ -80,7 +80,7 @@ TEST_CASE("a start counted from its origin is seen where the scene puts it") {
   CHECK(seen.x[0][0] == 1);
 }
 
-TEST_CASE("a compensated start holds what float32 cannot") {
+TEST_CASE("a compensated start keeps digits that float32 cannot hold") {
   const auto file =
       scene(R"({"count": 1, "position": [10000.1, 0, 0], "velocity": [0.1, 0, 0]})", "", Precision::float32_compensated);
   StateMemory<float> memory(Layout::aosoa, 1, Rounding::compensated);

@@ -18,7 +18,7 @@ std::string pattern(std::size_t bytes) {
   return text;
 }
 
-TEST_CASE("a file has the bytes that it was given, of whatever sizes, each at its place") {
+TEST_CASE("bytes written in any sizes and any order each stand at their place in the file") {
   const ScratchFolder folder("out-file");
   const std::string bytes = pattern(5'000'000);
   OutFile file(folder / "a", OutFile::Open::anew, "a");
@@ -34,7 +34,7 @@ TEST_CASE("a file has the bytes that it was given, of whatever sizes, each at it
   CHECK(folder.read("a") == bytes);
 }
 
-TEST_CASE("a file that is there is written into, and one that is not is no file to write into") {
+TEST_CASE("an existing file can be written into, and a missing one is refused") {
   const ScratchFolder folder("out-file-there");
   folder.write("a", "0123456789");
   {

@@ -102,7 +102,7 @@ TEST_CASE("a PNG reads back to its pixels") {
 }
 
 // Grey by the distance from a point: each pixel is near one of its three neighbours before it, by turns near each of them.
-TEST_CASE("a PNG of rings reads back to its pixels, whichever neighbour foretells them") {
+TEST_CASE("a PNG of rings reads back to its pixels, whichever neighbour predicts them") {
   Picture rings{.width = 37, .height = 23};
   for (std::size_t y = 0; y < rings.height; ++y) {
     for (std::size_t x = 0; x < rings.width; ++x) {
@@ -113,7 +113,7 @@ TEST_CASE("a PNG of rings reads back to its pixels, whichever neighbour foretell
   CHECK(pixels_of(chunks_of(png(rings)).at(1).data, rings.width, rings.height) == rings.rgb);
 }
 
-TEST_CASE("fewer colours are near those that they stand for") {
+TEST_CASE("a picture with fewer colours stays near the original colours") {
   const Picture picture = some_picture(2);
   const Picture fewer = with_fewer_colours(picture);
   for (std::size_t i = 0; i < picture.rgb.size(); ++i) {
@@ -122,7 +122,7 @@ TEST_CASE("fewer colours are near those that they stand for") {
   }
 }
 
-TEST_CASE("a PNG that moves has its frames in order, each with its time, and shows the first where nothing moves") {
+TEST_CASE("an animated PNG has its frames in order, each with its time, and the first one as its still picture") {
   AnimatedPng animation(3);
   std::string bytes;
   for (std::uint32_t k = 0; k < 3; ++k) bytes += animation.add(some_picture(k), 0.04);
@@ -157,7 +157,7 @@ std::array<Corner, 3> triangle(const Vec3& a, const Vec3& b, const Vec3& c) {
   return {Corner{a, normal}, Corner{b, normal}, Corner{c, normal}};
 }
 
-TEST_CASE("a camera has all points in its picture, and no more room than it needs") {
+TEST_CASE("a camera shows all points, and they nearly fill its picture") {
   std::vector<Vec3> points;
   for (int k = 0; k < 40; ++k) points.push_back({std::cos(1.7 * k), 3 * std::sin(0.9 * k), 0.5 * std::cos(2.3 * k + 1)});
   const Camera camera = camera_on(points, {0.5, 0.38, 0.78}, {0, 1, 0});
@@ -180,7 +180,7 @@ TEST_CASE("a camera has all points in its picture, and no more room than it need
   CHECK((bottom - top > 70 || right - left > 130));
 }
 
-TEST_CASE("a nearer surface hides the one behind, and the back of a body is not there") {
+TEST_CASE("a nearer surface hides the one behind, and the back of a body is not drawn") {
   const Camera camera{.eye = {0, 0, 5}, .near = 0.1};
   Raster raster(160, 90, camera, paper);
   raster.add_triangle(triangle({-1, -1, 1}, {1, -1, 1}, {0, 1, 1}), Sides::front, red, red);
@@ -291,7 +291,7 @@ TEST_CASE("a body turns from one key to the next the short way round") {
 }
 
 // The library carries a particle by the same motion, for comparison.
-TEST_CASE("a motion has a body where it has particles that follow it") {
+TEST_CASE("a motion carries a picture's body as it carries particles") {
   const dvdx::Motion motion{
       .center = {0.2, 0.1, 0},
       .keys = {{.time = 0, .translation = {0, 0, 0}, .rotation = {0, 0, 0}},

@@ -69,7 +69,7 @@ std::vector<Case> cases() {
 
 const std::vector<Run> runs = {{0, 0}, {0, 1}, {0, count}, {1, 7000}, {7001, 7001}, {count - 1, 1}, {count, 0}, {count - 3, 9}};
 
-TEST_CASE("points: a run of rows is what all of the file holds there, and all are counted") {
+TEST_CASE("points: a run of rows has the values of the whole file there, and all rows are counted") {
   const test::ScratchFolder folder("runs");
   for (const Case& one : cases()) {
     const std::string& name = one.name;
@@ -90,7 +90,7 @@ TEST_CASE("points: a run of rows is what all of the file holds there, and all ar
   }
 }
 
-TEST_CASE("points: of numbers likewise, and what is not kept is not looked at") {
+TEST_CASE("points: a run of numbers has the values of the file, and numbers outside it are not checked") {
   const test::ScratchFolder folder("number-runs");
   std::vector<double> numbers;
   std::string csv = "mass\n";
@@ -112,7 +112,7 @@ TEST_CASE("points: of numbers likewise, and what is not kept is not looked at") 
   }
 }
 
-TEST_CASE("points: of a binary file a few rows are read, however many it holds") {
+TEST_CASE("points: a few rows are read from a binary file of any length") {
   const test::ScratchFolder folder("sparse");
   constexpr std::size_t rows = 120000000;
   const std::string header = npy("<f8", "(" + std::to_string(rows) + ", 3)");
@@ -125,7 +125,7 @@ TEST_CASE("points: of a binary file a few rows are read, however many it holds")
   CHECK_THROWS_AS((void)read_points(folder / "a.npy", {.first = 0, .count = 1}), FileFault);
 }
 
-TEST_CASE("points: those of a binary file in float32 are held as they are, all others in float64") {
+TEST_CASE("points: float32 values of a binary file are held as float32, all others as float64") {
   const test::ScratchFolder folder("as-held");
   const std::array<float, 6> numbers{0.1F, -2.5e-30F, 3, 4, 5e30F, -0.7F};
   const std::array<double, 6> doubles{0.1, -2.5e-30, 3, 4, 5e30, -0.7};
@@ -153,7 +153,7 @@ TEST_CASE("points: those of a binary file in float32 are held as they are, all o
   CHECK(read_points(folder / "b.npy").values[1] == Vec3{4, 5e30, -0.7});
 }
 
-TEST_CASE("points: a line may be longer than what is held at a time") {
+TEST_CASE("points: a line may be longer than the part of a file that is held at a time") {
   const test::ScratchFolder folder("long-line");
   const std::string blanks(std::size_t{1} << 20U, ' ');
   folder.write("a.csv", "1,2," + blanks + "3\n" + blanks + "4,5,6");

@@ -53,7 +53,8 @@ TEST_CASE("ranks: every file has the bytes of one rank's" * doctest::skip(has_no
 }
 
 // A run in three ways: uninterrupted, with checkpoints, and resumed from the last one.
-TEST_CASE("ranks: what others wrote down goes on to the same bits, files, impacts and sums" * doctest::skip(has_no_mpi)) {
+TEST_CASE("ranks: a run resumed on another number of ranks has the same bits, files, impacts and sums" *
+          doctest::skip(has_no_mpi)) {
   const MixedFolder folder("resumed");
   folder.write("sheet.json", sheet());
   auto swept = nlohmann::json::parse(sheet());
@@ -89,8 +90,7 @@ TEST_CASE("ranks: what others wrote down goes on to the same bits, files, impact
   }
 }
 
-TEST_CASE("ranks: a checkpoint has the bytes of one rank's, and of a damaged one all are told once" *
-          doctest::skip(has_no_mpi)) {
+TEST_CASE("ranks: a checkpoint has the bytes of one rank's, and a damaged one is reported once" * doctest::skip(has_no_mpi)) {
   const MixedFolder folder("checkpoint");
   const std::string arguments = "run mixed.json --every 4 --out a.csv --checkpoint at --checkpoint-every 13";
   // The head and the columns only: contacts' sums may have other words for equal values, and the end contains a duration.
@@ -113,7 +113,7 @@ TEST_CASE("ranks: a checkpoint has the bytes of one rank's, and of a damaged one
   CHECK(times(refused.err, "at: is damaged") == 1);
 }
 
-TEST_CASE("ranks: a piece each, and an index that names them" * doctest::skip(has_no_mpi)) {
+TEST_CASE("ranks: a .pvtp has a piece for each rank, and an index that names the pieces" * doctest::skip(has_no_mpi)) {
   const MixedFolder folder("pieces");
   const auto corners = [&](const std::string& file) {
     pugi::xml_document piece;
@@ -145,7 +145,8 @@ TEST_CASE("ranks: a piece each, and an index that names them" * doctest::skip(ha
 }
 
 // A sheet whose springs join all rows, and particles that come and go.
-TEST_CASE("ranks: what stands in a piece for each, of a network and of what comes and goes" * doctest::skip(has_no_mpi)) {
+TEST_CASE("ranks: the pieces together hold all particles and faces of a sheet, and all particles that come and go" *
+          doctest::skip(has_no_mpi)) {
   const ScratchFolder folder("gathered-pieces");
   folder.write("sheet.json", sheet());
   folder.write("drops.json", drops());

@@ -12,7 +12,7 @@
 
 namespace ranks::launch_test {
 
-TEST_CASE("ranks: the number of ranks is said where a launcher started them, and by one of them" * doctest::skip(has_no_mpi)) {
+TEST_CASE("ranks: a run reports the number of ranks if a launcher started them, and only once" * doctest::skip(has_no_mpi)) {
   const MixedFolder folder("count");
   CHECK_FALSE(nlohmann::json::parse(run(folder, "run mixed.json --json").out).contains("ranks"));
   for (const int ranks : {1, 3}) {
@@ -38,7 +38,7 @@ TEST_CASE("ranks: a command that does not share its work is refused once" * doct
   CHECK(run_on(1, folder, "explain mixed.json").exit == 0);
 }
 
-TEST_CASE("ranks: what ends one ends all, says so once and leaves nothing" * doctest::skip(has_no_mpi)) {
+TEST_CASE("ranks: a fault on one rank ends all ranks, is reported once and leaves no file" * doctest::skip(has_no_mpi)) {
   const MixedFolder folder("faults");
   const auto before = folder.entries();
   const auto check = [&](const std::string& arguments, int exit, const std::string& message) {
@@ -71,7 +71,7 @@ TEST_CASE("ranks: what ends one ends all, says so once and leaves nothing" * doc
   check("--set 'constraints=[{\"type\":\"distance\",\"pairs\":[[0,1]],\"length\":1}]'", 3, "constraints cannot be split");
 }
 
-TEST_CASE("ranks: one that is killed ends the others, nothing is half written, and the run goes on" *
+TEST_CASE("ranks: a killed rank ends the others, no file is half written, and the run can be resumed" *
           doctest::skip(has_no_mpi)) {
   const MixedFolder folder("killed");
   const std::string what = "run mixed.json --duration 4000 --every 50000 --json --threads 1 ";

@@ -43,7 +43,7 @@ TEST_CASE("ranks: particles that come and go have the bits, files, pages and imp
 }
 
 // Compares up to the contacts' sums, and for particles that come and go up to their ids.
-TEST_CASE("ranks: a checkpoint of what comes and goes has the bytes of one rank's" * doctest::skip(has_no_mpi)) {
+TEST_CASE("ranks: a checkpoint of particles that come and go has the bytes of one rank's" * doctest::skip(has_no_mpi)) {
   const ScratchFolder folder("ranks-live-checkpoint");
   folder.write("drops.json", drops());
   const std::string arguments = "run drops.json --every 5 --out a.csv --checkpoint at --checkpoint-every 29";
@@ -127,7 +127,7 @@ TEST_CASE("ranks: no rank holds a sheet whole" * doctest::skip(has_no_mpi)) {
   }
 }
 
-TEST_CASE("ranks: explain tells how births are shared, and refuses what they have none of") {
+TEST_CASE("ranks: explain tells how births are shared, and refuses --size and a removal in any order") {
   const ScratchFolder folder("ranks-births");
   folder.write("drops.json", drops());
   const auto told = run(folder, "explain drops.json --ranks 4 --particle-time 1e-6 --latency 1e-6");

@@ -23,7 +23,7 @@ std::string folding() {
     "meet": {"thickness": 0.0095, "friction": 0.3, "most_neighbours": 48}})";
 }
 
-TEST_CASE("ranks: particles that meet have the bits and impacts of one rank, and tell what explain counts" *
+TEST_CASE("ranks: particles that meet have the bits and impacts of one rank, and send what explain predicts" *
           doctest::skip(has_no_mpi)) {
   const ScratchFolder folder("ranks-meet");
   folder.write("grains.json", grains());
@@ -54,7 +54,7 @@ TEST_CASE("ranks: particles that meet have the bits and impacts of one rank, and
   }
 }
 
-TEST_CASE("ranks: of particles that meet some ranks have none, and too many neighbours end all at once" *
+TEST_CASE("ranks: some ranks may have no particles that meet, and too many neighbours end all ranks at once" *
           doctest::skip(has_no_mpi)) {
   const ScratchFolder folder("ranks-crowd");
   folder.write("few.json", grains(3));

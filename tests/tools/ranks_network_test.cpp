@@ -40,7 +40,7 @@ TEST_CASE("ranks: networks have the bits of one rank" * doctest::skip(has_no_mpi
 }
 
 // The sub-steps and the heating are found without a plan of the whole, except where bounds leave them open.
-TEST_CASE("ranks: a sheet that no rank plans whole has the bits, the words and the refusals of one rank" *
+TEST_CASE("ranks: a sheet that no rank plans whole has the bits, the report and the refusals of one rank" *
           doctest::skip(has_no_mpi)) {
   const ScratchFolder folder("ranks-rows");
   auto scene = nlohmann::json::parse(sheet());
@@ -87,7 +87,7 @@ TEST_CASE("ranks: a sheet whose last rows alone can move takes their sub-steps o
 }
 
 // The owners search for springs that tear. The number of sub-steps may then fall for all ranks.
-TEST_CASE("ranks: what tears has the bits, the files and the checkpoints of one rank" * doctest::skip(has_no_mpi)) {
+TEST_CASE("ranks: a network that tears has the bits and files of one rank, also when resumed" * doctest::skip(has_no_mpi)) {
   const ScratchFolder folder("ranks-torn");
   folder.write("playback.html", "<!-- dvdx data -->");
   const std::string viewer = "DVDX_VIEWER=.";
@@ -124,7 +124,7 @@ TEST_CASE("ranks: what tears has the bits, the files and the checkpoints of one 
   }
 }
 
-TEST_CASE("ranks: what a run tells is what explain counts, byte for byte" * doctest::skip(has_no_mpi)) {
+TEST_CASE("ranks: a run sends as many bytes and messages as explain predicts" * doctest::skip(has_no_mpi)) {
   const ScratchFolder folder("ranks-told");
   folder.write("sheet.json", sheet());
   folder.write("list.json", list());
@@ -143,7 +143,7 @@ TEST_CASE("ranks: what a run tells is what explain counts, byte for byte" * doct
 }
 
 // A band of a sheet 7 wide has 32 rows, and a rank has two bands, so some of these ranks have no rows.
-TEST_CASE("ranks: networks that are swept have the bits of one rank, and tell what explain counts" *
+TEST_CASE("ranks: networks that are swept have the bits of one rank, and send what explain predicts" *
           doctest::skip(has_no_mpi)) {
   const ScratchFolder folder("ranks-swept");
   auto scene = nlohmann::json::parse(sheet());
@@ -233,7 +233,7 @@ TEST_CASE("ranks: cloth in wind has the bits of one rank, as a sheet and as a li
 }
 
 // The command finds them without a plan of the sheet. A plan examines its springs, and turning motions.
-TEST_CASE("the sub-steps of a sheet that a run finds by rows are its plan's") {
+TEST_CASE("a run that plans a sheet by rows finds the sub-steps of the sheet's plan") {
   const ScratchFolder folder("sheet-substeps");
   auto scene = nlohmann::json::parse(sheet());
   scene["motions"]["spin"]["keys"] = {{{"time", 0}}, {{"time", 0.01}, {"rotation", {0, 3, 0}}}};
@@ -261,7 +261,7 @@ TEST_CASE("the sub-steps of a sheet that a run finds by rows are its plan's") {
 }
 
 // Two strips of squares whose common side occurs twice in the file, after a vertex without a face.
-TEST_CASE("ranks: a welded mesh is written by its file's vertices, as by one" * doctest::skip(has_no_mpi)) {
+TEST_CASE("ranks: a welded mesh is written by its file's vertices, as one rank writes it" * doctest::skip(has_no_mpi)) {
   const ScratchFolder folder("welded");
   std::string mesh = "v 9 9 9\n";
   std::string faces;

@@ -64,7 +64,7 @@ TEST_CASE("two equal springs at rest: fitted orders are those of the analysis") 
   CHECK(!order_named(report, "combined").fitted);
 }
 
-TEST_CASE("every run of a report has what the contract says, and its own step is among them") {
+TEST_CASE("every run of a report has the contract's keys, and one run has the scene's own step") {
   const auto file = shipped("two-springs");
   Report whole{.machine = {}, .scenes = {measured(file)}};
   const auto json = to_json(whole);
@@ -88,7 +88,7 @@ TEST_CASE("every run of a report has what the contract says, and its own step is
   CHECK(to_text(whole).find("two springs") != std::string::npos);
 }
 
-TEST_CASE("energy over the long run is what the determinants say") {
+TEST_CASE("energy over a long run grows, decays or stays as the determinants predict") {
   for (const char* name : {"one-spring", "two-springs"}) {
     CAPTURE(name);
     const auto runs = measure_long_runs(shipped(name), setup());
@@ -108,7 +108,7 @@ TEST_CASE("energy over the long run is what the determinants say") {
   CHECK(measure_long_runs(shipped("bouncing"), setup()).empty());
 }
 
-TEST_CASE("the text's claims: where they hold and where not") {
+TEST_CASE("the text's claims are measured as expected, and each verdict says whether the claim holds") {
   const auto file = shipped("two-springs");
   const auto claims = measure_claims(file, measure_long_runs(file, setup()), setup());
   REQUIRE(claims.size() == 14);
@@ -121,7 +121,7 @@ TEST_CASE("the text's claims: where they hold and where not") {
   CHECK(measure_claims(shipped("one-spring"), {}, setup()).empty());
 }
 
-TEST_CASE("theory: what constraints hold is at most of second order; limits have no theory") {
+TEST_CASE("theory: constraints leave at most second order, and limits have no theory") {
   using dvdx::Method;
   SceneFile file;
   file.particles.count = 2;
@@ -174,7 +174,7 @@ TEST_CASE("a ball that bounces is exact by method combined, and by no plain loop
   }
 }
 
-TEST_CASE("without a closed form the reference is stepped, far finer than what is shown") {
+TEST_CASE("a reference without a closed form is stepped far finer than the runs shown") {
   auto file = shipped("one-spring");
   file.scene.forces = {dvdx::RadialSpring{.stiffness = 40.0, .rest_length = 0.5}};
   file.particles.velocity = dvdx::Vec3{0, 2, 0};
@@ -243,7 +243,7 @@ TEST_CASE("a network's own scheme is raced in every arithmetic, at its usual sub
   }
 }
 
-TEST_CASE("a network without a closed form is held against finer sub-steps, and what cannot run is named") {
+TEST_CASE("a network without a closed form is held against finer sub-steps, and schemes that cannot run are named") {
   auto file = shipped("net-stiff");
   file.duration = 0.5;
   file.scene.add(dvdx::Plane{.offset = -9});  // far below
@@ -281,7 +281,7 @@ SceneFile sheet(Held edge) {
   return file;
 }
 
-TEST_CASE("growth of a difference: a sheet that hangs has next to none, one that stands and buckles has") {
+TEST_CASE("growth of a difference: a hanging sheet has next to none, and a standing sheet that buckles has much") {
   const auto hanging = growth_of(sheet(Held::top), 60, setup());
   CHECK(hanging.is_whole);
   CHECK(hanging.horizon == 60);
@@ -296,7 +296,7 @@ TEST_CASE("growth of a difference: a sheet that hangs has next to none, one that
   CHECK(growth_of(shipped("seed-pair"), 100, setup()).at.empty());  // has a closed form
 }
 
-TEST_CASE("how far a run's shape is from the others' does not count its own") {
+TEST_CASE("a run's shape is compared with the shapes of the other runs alone") {
   std::vector<Statistics> all(3);
   all[0].shape = {0, 0, 0};
   all[1].shape = {0, 1, 0};
@@ -349,7 +349,7 @@ TEST_CASE("a chaotic sheet is ranked within its horizon, and compared by statist
   CHECK((text.find("NOT RANKED") != std::string::npos) == is_any_unranked);
 }
 
-TEST_CASE("errors are those until the horizon, and whether a run has diverged is looked at beyond it") {
+TEST_CASE("errors count up to the horizon, and divergence is looked for beyond it too") {
   SceneFile file{.path = {}, .name = {}, .about = {}, .particles = {.count = 1}, .scene = {}};
   Reference reference;
   reference.picks = {0};
@@ -376,7 +376,7 @@ TEST_CASE("errors are those until the horizon, and whether a run has diverged is
   CHECK(errors_with(std::nan("")).diverged);
 }
 
-TEST_CASE("a sample moves as its particles do among all") {
+TEST_CASE("a sampled particle has the position, mass and stiffness that it has among all") {
   const auto file = shipped("meadow");
   const auto sample = sample_of(file, 100);
   CHECK(sample.particles.count == 100);
@@ -389,7 +389,7 @@ TEST_CASE("a sample moves as its particles do among all") {
   }
 }
 
-TEST_CASE("a scene with more particles has each of its own several times") {
+TEST_CASE("an enlarged scene repeats each of its own particles") {
   const auto file = sample_of(shipped("meadow"), 100);
   const auto larger = resized(file, 250);
   REQUIRE(larger.particles.count == 250);
@@ -400,7 +400,7 @@ TEST_CASE("a scene with more particles has each of its own several times") {
   }
 }
 
-TEST_CASE("throughput is measured over sizes, a step and many a call, and stands in the report") {
+TEST_CASE("throughput is measured over sizes, with one step and with 16 steps a call, and stands in the report") {
   const auto report = measured(shipped("two-springs"));
   REQUIRE(report.throughput.size() >= 4);
   CHECK(report.throughput.size() % 2 == 0);
@@ -419,7 +419,7 @@ TEST_CASE("throughput is measured over sizes, a step and many a call, and stands
   CHECK(measured(shipped("seed-pair")).throughput.empty());  // joined particles have one size only
 }
 
-TEST_CASE("caches of data are those that the system tells of") {
+TEST_CASE("data caches are read from the system's files, without instruction caches") {
   const dvdx::test::ScratchFolder folder("caches");
   const auto tell = [&](const std::string& index, const char* level, const char* type, const char* size,
                         const char* processors) {

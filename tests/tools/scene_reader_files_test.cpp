@@ -148,14 +148,14 @@ TEST_CASE("points come out of every kind of file as they went in") {
   }
 }
 
-TEST_CASE("a file that holds more than it should is refused as one that holds less") {
+TEST_CASE("a points file that holds too much is refused") {
   CHECK_THROWS_AS((void)parse_points("1,2,3\n4,5,6,7\n", PointsFormat::csv), FileFault);
   const std::string header(npy_header, sizeof npy_header - 1);
   CHECK(parse_points(header + std::string(72, '\0'), PointsFormat::npy).size() == 3);
   CHECK_THROWS_AS((void)parse_points(header + std::string(80, '\0'), PointsFormat::npy), FileFault);
 }
 
-TEST_CASE("a scene file that cannot be read is a matter of input, not of the scene") {
+TEST_CASE("an unreadable scene file is an input error, not a fault of the scene") {
   const test::ScratchFolder folder("no-scene");
   for (const std::string& path : {folder / "none.json", folder.path().string()}) {
     CAPTURE(path);

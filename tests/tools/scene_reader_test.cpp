@@ -106,7 +106,7 @@ TEST_CASE("a lattice is filled along x first, then z, then y, and drawn from aro
   CHECK(value_of(other.particles.position, 4) != value_of(drawn.particles.position, 4));
 }
 
-TEST_CASE("a scene's push_out is that of contacts that have none of their own, and stands with contacts alone") {
+TEST_CASE("a scene's push_out is that of contacts without their own, and is refused without contacts") {
   json scene = json::parse(full_scene);
   scene["push_out"] = 0.25;
   const auto file = parse_scene("hail.json", scene.dump(), plenty);
@@ -117,7 +117,7 @@ TEST_CASE("a scene's push_out is that of contacts that have none of their own, a
                        "hail.json: push_out is 0.25: must be left out of a scene without contacts", Fault);
 }
 
-TEST_CASE("a sphere without a side is hit from outside, and surfaces without a response send on") {
+TEST_CASE("a sphere without a side is hit from outside, and a surface without a response resumes the motion") {
   const auto file =
       parse_scene("least.json", R"({"format":"dvdx-scene/1","name":"","step":1,"duration":0,"particles":{"count":2},
       "contacts":[{"type":"sphere","center":[0,0,0],"radius":1}]})",
@@ -128,7 +128,7 @@ TEST_CASE("a sphere without a side is hit from outside, and surfaces without a r
   CHECK(sphere.sweep == ContactPath::curve);
 }
 
-TEST_CASE("fixed particles start at rest, the others as they are told, in every precision") {
+TEST_CASE("fixed particles start at rest, all others as the scene says, in every precision") {
   const auto file = parse_scene("full.json", full_scene, plenty);
   Soa<float> narrow(3);
   Soa<double> wide(3);
@@ -185,13 +185,13 @@ TEST_CASE("--set replaces a value before the scene is checked") {
   }
 }
 
-TEST_CASE("--set of what would stand one behind a list's end is refused") {
+TEST_CASE("--set of the entry just behind a list's end is refused") {
   const std::string last = "contacts[" + std::to_string(json::parse(full_scene)["contacts"].size()) + "]";
   const ReadOptions options{.overrides = {last + "={}"}, .memory_bytes = plenty.memory_bytes};
   CHECK(message_of(full_scene, options) == "hail.json: " + last + " (from --set) is not in the scene");
 }
 
-TEST_CASE("a start beyond float32 is refused there and accepted in float64") {
+TEST_CASE("a start beyond float32 is refused in float32 and accepted in float64") {
   json scene = json::parse(full_scene);
   scene["particles"]["velocity"] = {1e300, 0, 0};
   const auto file = parse_scene("hail.json", scene.dump(), plenty);

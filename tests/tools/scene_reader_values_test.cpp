@@ -255,7 +255,7 @@ TEST_CASE("every bad value is refused with its path, its value and what is valid
   }
 }
 
-TEST_CASE("the schema refuses what a schema can") {
+TEST_CASE("the schema refuses every bad value that a schema can describe") {
   const auto schema = scene_schema();
   CHECK(schema.accepts(json::parse(full_scene)));
   for (const auto& bad : bad_values) {

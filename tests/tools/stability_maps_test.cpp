@@ -103,7 +103,7 @@ TEST_CASE("stability analysis: the pulse of an impact keeps energy under a const
   }
 }
 
-TEST_CASE("stability analysis: no plan takes more of the highest frequency than its scheme stands") {
+TEST_CASE("stability analysis: a plan's limit for the highest frequency is stable, and near its scheme's own limit") {
   Line all;  // eight particles, each joined to every other one: the worst case for summed contributions
   all.mass.assign(8, 1.0);
   for (std::uint32_t a = 0; a < 8; ++a) {
@@ -134,7 +134,7 @@ TEST_CASE("stability analysis: no plan takes more of the highest frequency than 
   }
 }
 
-TEST_CASE("stability measurement: what runs of the library grow by is what the analysis says") {
+TEST_CASE("stability measurement: runs of the library grow as the analysis predicts") {
   const std::vector<Anchored> particles{
       {.W = {0.02, 0.02}, .drag = 0.1}, {.W = {1, 2}, .drag = 0.5}, {.W = {9, 1}, .drag = 1e-3}};
   for (const Method method :
@@ -195,7 +195,7 @@ TEST_CASE("stability maps: a disagreement shows") {
   CHECK(!agreement_of(map).is_good());
 }
 
-TEST_CASE("stability maps: the table, the JSON and the pictures say what the maps hold") {
+TEST_CASE("stability maps: the table, the JSON and the pictures show the maps' values") {
   GrowthMap map;
   map.name = "made-up";
   map.title = "a made-up family";

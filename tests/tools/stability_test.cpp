@@ -67,7 +67,7 @@ TEST_CASE("stability: the hard cases are numbered from 1 to the last, with names
   CHECK(names.size() == cases.size());
 }
 
-TEST_CASE("stability: a case meets its bars, and misses one that nothing can meet") {
+TEST_CASE("stability: a case meets its bars, and misses an impossible bar") {
   for (const int number : {1, 24, 25, 29}) {
     auto cases = numbered(number);
     CHECK(all_passed(run(cases)));
@@ -76,7 +76,7 @@ TEST_CASE("stability: a case meets its bars, and misses one that nothing can mee
   }
 }
 
-TEST_CASE("stability: a figure at its bar is met; one that is no number is not, nor what is refused") {
+TEST_CASE("stability: a figure at its bar meets it, and a figure that is not a number or a refusal misses it") {
   const auto one = [](CaseRun&) { return of(1); };
   CHECK(run_check(one, 1).passed());
   CHECK(run_check(one, 1).note == "there");
@@ -87,7 +87,7 @@ TEST_CASE("stability: a figure at its bar is met; one that is no number is not, 
   CHECK(refused.note == "refused: mass is 0");
 }
 
-TEST_CASE("stability: what is no number stays the worst") {
+TEST_CASE("stability: a figure that is not a number stays the worst") {
   Worst worst;
   worst.see(1, "first");
   worst.see(std::numeric_limits<double>::quiet_NaN(), "second");
@@ -96,7 +96,7 @@ TEST_CASE("stability: what is no number stays the worst") {
   CHECK(worst.where == "second");
 }
 
-TEST_CASE("stability: an instruction set that leaves other bits, or is alone in missing the bar, is seen") {
+TEST_CASE("stability: a row fails if one instruction set has other bits or alone misses the bar") {
   const std::size_t isas = dvdx::available_isas().size();
   const auto missed_by_one = [](CaseRun& way) { return of(way.isa == dvdx::Isa::reference ? 5 : 0); };
   CHECK_FALSE(run_check(missed_by_one, 1).passed());
@@ -115,7 +115,7 @@ TEST_CASE("stability: an instruction set that leaves other bits, or is alone in 
   CHECK(row.note.find(" fast") == std::string::npos);  // fast arithmetic has its own bits
 }
 
-TEST_CASE("stability: a known miss is shown, passes at its figure, and fails beyond it or with other bits") {
+TEST_CASE("stability: a known miss is shown, passes at its figure, and fails beyond it") {
   const auto row_of = [](Check check) {
     return run({{.number = 1,
                  .name = "name",
@@ -139,7 +139,7 @@ TEST_CASE("stability: a known miss is shown, passes at its figure, and fails bey
   CHECK_FALSE(row_of([](CaseRun&) { return of(std::numeric_limits<double>::quiet_NaN()); }).passed());
 }
 
-TEST_CASE("stability: a bar for the best instruction set alone runs there, separate and contracted") {
+TEST_CASE("stability: a bar for the best instruction set runs on that one alone, separate and contracted") {
   const Row row =
       run({{.number = 1,
             .name = "name",

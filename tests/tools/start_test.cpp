@@ -48,7 +48,7 @@ TEST_CASE_TEMPLATE("particles stand where the scene puts them, whatever the thre
   }
 }
 
-TEST_CASE_TEMPLATE("values that were read of files are given back while particles are put to their start", Value, Vec3, Vec3f) {
+TEST_CASE_TEMPLATE("values read from files are given back while particles are put to their start", Value, Vec3, Vec3f) {
   SceneFile file = drawn("[1, 2, 3]");
   Chunked<Value> points;
   for (std::size_t i = 0; i < particles; ++i) {
@@ -100,7 +100,7 @@ TEST_CASE("fresh memory is aligned, zero, and given back") {
   }
 }
 
-TEST_CASE("the start is asked for where springs are anchored there") {
+TEST_CASE("a scene asks for the start if a spring is anchored there") {
   Scene scene;
   scene.add(Constant{.acceleration = {0, -9.81, 0}});
   scene.add(Spring{.stiffness = 1.0, .anchor = Vec3{1, 2, 3}});

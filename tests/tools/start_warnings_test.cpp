@@ -63,7 +63,7 @@ TEST_CASE("run warns of cloth that starts inside a ball, by how much, and the cu
   CHECK(warnings_of(folder, "sheet.json --set network.origin[1]=0.5") == json::array());
 }
 
-TEST_CASE("cloth that is held inside or that rounding puts there, and free particles, start well") {
+TEST_CASE("run does not warn of particles that are pinned inside, inside by rounding alone, or free") {
   const ScratchFolder folder("outside");
   write_sheet(folder);
   // The ball reaches only the middle particle, which a pin may hold inside.
@@ -84,7 +84,7 @@ TEST_CASE("cloth that is held inside or that rounding puts there, and free parti
   CHECK(free.err.find("warning") == std::string::npos);
 }
 
-TEST_CASE("run warns of particles between two surfaces that overlap, and not once there is room") {
+TEST_CASE("run warns of particles between two surfaces that overlap, and the cure that it names helps") {
   const ScratchFolder folder("pinched");
   // Jaws that close to a gap of -1 cm, beside a third surface far away.
   const auto jaws = [&](const char* upper, const char* motion) {
@@ -112,7 +112,7 @@ TEST_CASE("run warns of particles between two surfaces that overlap, and not onc
   CHECK(run(folder, "run jaws.json --strict").exit == 0);
 }
 
-TEST_CASE("a pinched vertex of a mesh has the number that the file gives it") {
+TEST_CASE("a pinched vertex of a mesh is named by its number in the file") {
   const ScratchFolder folder("pinched-vertex");
   folder.write("mesh.obj", "v 5 5 5\nv -1 0.005 0\nv 0 0.005 -1\nv 0 0.005 0\nf 2 3 4\n");  // the first belongs to no face
   folder.write("mesh.json", R"({"format": "dvdx-scene/1", "name": "mesh", "step": 0.01, "duration": 0.02,
@@ -174,7 +174,7 @@ TEST_CASE("run warns of sheets in millimetres or grams") {
 }
 
 // The first quarter of a second gives 10 ms a step.
-TEST_CASE("a run is dear where the steps that are left take longer than a minute") {
+TEST_CASE("a run is reported as long if its remaining steps take longer than a minute") {
   dvdx::tool::LongRunWatch watch;
   CHECK_FALSE(watch.take(0.1, 10, 1000000));
   const auto seconds = watch.take(0.2, 20, 6001);
@@ -186,7 +186,7 @@ TEST_CASE("a run is dear where the steps that are left take longer than a minute
   CHECK_FALSE(cheap.take(100, 1, 1000000));
 }
 
-TEST_CASE("run warns of springs that are a few roundings long where they start, and a precision that holds them does not") {
+TEST_CASE("run warns of springs only a few roundings long at the start, and a higher precision ends the warning") {
   const ScratchFolder folder("rounding");
   const auto apart = [&](const char* distance, const std::string& options) {
     folder.write("apart.json", std::string(R"({"format": "dvdx-scene/1", "name": "apart", "step": 0.01, "duration": 0.02,

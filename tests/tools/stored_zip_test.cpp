@@ -92,7 +92,7 @@ TEST_CASE("libzip reads archives with sizes and places of 64 bits") {
   }
 }
 
-TEST_CASE("an archive gives 64 bits to what needs them alone") {
+TEST_CASE("an archive uses 64-bit fields only for members that need them") {
   StoredZip archive = archive_of_contents();
   const std::size_t small = archive.header(0).size();
   archive.members[0].bytes = 0xFFFFFFFE;

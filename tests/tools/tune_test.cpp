@@ -86,7 +86,7 @@ std::vector<Ladder> ladders_for(const std::vector<Law>& laws, std::uint64_t most
   return ladders;
 }
 
-TEST_CASE("tune search: finds the cheapest that keeps the goal, with far fewer runs than there are candidates") {
+TEST_CASE("tune search: the search finds the exhaustive choice with less than half of the runs") {
   const std::vector<Law> laws{{.method = Method::combined, .constant = 1, .order = 2, .seconds = 1},
                               {.method = Method::exact, .constant = 40, .order = 4, .seconds = 3},
                               {.method = Method::pulse, .constant = 1, .order = 1, .seconds = 0.5},
@@ -108,7 +108,7 @@ TEST_CASE("tune search: finds the cheapest that keeps the goal, with far fewer r
   }
 }
 
-TEST_CASE("tune search: the next cheaper misses, the next finer is more accurate and dearer") {
+TEST_CASE("tune search: the next cheaper candidate misses the goal, and the next finer one has more parts") {
   const std::vector<Law> laws{{.method = Method::combined, .constant = 1, .order = 2, .seconds = 1}};
   FakeProbe probe(laws);
   const auto found = search(ladders_for(laws), 1e-2, Thoroughness::search, probe);
@@ -120,7 +120,7 @@ TEST_CASE("tune search: the next cheaper misses, the next finer is more accurate
   if (found.finer) CHECK(found.trials[*found.finer].candidate.parts > 12);
 }
 
-TEST_CASE("tune search: of costs that tie the most accurate is chosen") {
+TEST_CASE("tune search: the most accurate of the candidates that tie in cost is chosen") {
   const std::vector<Law> laws{{.method = Method::exact, .constant = 1e-3, .seconds = 1},
                               {.method = Method::combined, .constant = 1e-9, .seconds = 1.02},
                               {.method = Method::pulse, .constant = 1e-12, .seconds = 1.2}};
@@ -133,7 +133,7 @@ TEST_CASE("tune search: of costs that tie the most accurate is chosen") {
   CHECK(!found.cheaper);
 }
 
-TEST_CASE("tune search: a floor of rounding above the goal, or none that is stable, gives no choice") {
+TEST_CASE("tune search: no candidate is chosen if each one rounds too much for the goal or is unstable") {
   const std::vector<Law> laws{{.method = Method::combined, .constant = 1, .order = 2, .floor = 1e-4},
                               {.method = Method::exact, .stable = 100000}};
   FakeProbe probe(laws);
@@ -146,7 +146,7 @@ TEST_CASE("tune search: a floor of rounding above the goal, or none that is stab
   CHECK(!found.is_cut());
 }
 
-TEST_CASE("tune search: what the time did not suffice for is named") {
+TEST_CASE("tune search: ladders cut short by the time limit are named") {
   const std::vector<Law> laws{{.method = Method::combined}, {.method = Method::exact}, {.method = Method::pulse}};
   FakeProbe probe(laws, 3);
   const auto found = search(ladders_for(laws), 1e-4, Thoroughness::search, probe);
@@ -158,7 +158,7 @@ TEST_CASE("tune search: what the time did not suffice for is named") {
   CHECK(cut == std::vector<std::string>{"ladder 0", "ladder 1", "ladder 2"});  // the first one incompletely
 }
 
-TEST_CASE("tune search: a choice that does not hold elsewhere gives way to the next cheapest") {
+TEST_CASE("tune search: a choice that fails elsewhere gives way to the next cheapest") {
   const std::vector<Law> laws{{.method = Method::combined, .constant = 1e-3, .seconds = 1},
                               {.method = Method::exact, .constant = 1e-3, .seconds = 1.3}};
   FakeProbe probe(laws);
@@ -242,7 +242,7 @@ TEST_CASE("tune: the choice keeps the goal with other seeds too, and is float64 
   CHECK(tuned(folder.scene("breeze.json"), 1e-19).choice() == nullptr);
 }
 
-TEST_CASE("tune: the options that are printed give the scene as it was chosen") {
+TEST_CASE("tune: the printed options load the chosen scene") {
   const Folder folder("words");
   for (const char* name : {"breeze.json", "chain.json"}) {
     CAPTURE(name);
@@ -299,7 +299,7 @@ TEST_CASE("tune --json has the contract's keys, and the text names the choice") 
   CHECK(to_text(tuning).find("nothing in this scene is drawn from a seed") != std::string::npos);
 }
 
-TEST_CASE("tune says of no run what it did not make") {
+TEST_CASE("tune's text counts the candidates that ran, were refused or were given up") {
   dvdx::tool::tune::Tuning tuning;
   tuning.amplitude = 1;
   tuning.goal = 1e-2;
@@ -314,7 +314,7 @@ TEST_CASE("tune says of no run what it did not make") {
         std::string::npos);
 }
 
-TEST_CASE("--seed draws other values, alike where they were alike") {
+TEST_CASE("--seed draws other values, and equal seeds stay equal") {
   using nlohmann::json;
   const auto scene = json::parse(R"({"a": {"uniform": {"min": 0, "max": 1, "seed": 5}},
                                      "b": [{"uniform": {"min": 0, "max": 1, "seed": 5}}],

@@ -115,7 +115,7 @@ TEST_CASE("emitters, capacity and removal are read as they stand") {
   CHECK(file.turnover == wanted);
 }
 
-TEST_CASE("a removal keeps the order, and what is not finite, unless it says otherwise") {
+TEST_CASE("a removal keeps the order and particles that are not finite by default") {
   json scene = json::parse(live_scene);
   scene["removal"] = json::object();
   const Removal removal = parse_scene("live.json", scene.dump(), plenty).turnover.removal;
@@ -134,7 +134,7 @@ TEST_CASE("a scene with emitters needs no particles of its own, and one without 
       "least.json", R"({"format":"dvdx-scene/1","name":"","step":1,"duration":0,"particles":{"count":2}})", plenty)));
 }
 
-TEST_CASE("every bad value of what comes and goes is refused by its path, and by the schema where a schema can") {
+TEST_CASE("every bad value of emitters, capacity and removal is refused by its path, and by the schema where it can") {
   const auto schema = scene_schema();
   CHECK(schema.accepts(json::parse(live_scene)));
   for (const auto& bad : bad_values) {
@@ -144,7 +144,7 @@ TEST_CASE("every bad value of what comes and goes is refused by its path, and by
   }
 }
 
-TEST_CASE("each of several ranks reads its range of the particles that are there at the start, and all have room together") {
+TEST_CASE("each rank reads its range of the starting particles, and the capacity is that of all ranks together") {
   const auto second = [](std::uint64_t bytes) { return ReadOptions{.memory_bytes = bytes, .share = {.rank = 1, .ranks = 2}}; };
   const auto file = parse_scene("live.json", live_scene, second(1000000000));
   CHECK(file.particles.count == 1);
@@ -158,7 +158,7 @@ TEST_CASE("each of several ranks reads its range of the particles that are there
   CHECK(message_of(fewer, second(5200)).starts_with("live.json: capacity is 2: must be a whole number from 3"));
 }
 
-TEST_CASE("a capacity beyond the memory is refused, and so is a scene whose particles are not alike") {
+TEST_CASE("a capacity beyond the memory is refused, and so is a mass for each particle") {
   CHECK(message_of(json::parse(live_scene), {.memory_bytes = 3999})
             .starts_with("live.json: capacity is 100: must be at most 99"));
   json scene = json::parse(live_scene);

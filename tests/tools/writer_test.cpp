@@ -169,7 +169,7 @@ TEST_CASE("the same states give the same .npz") {
   CHECK(folder.read("a.npz") == folder.read("b.npz"));
 }
 
-TEST_CASE_TEMPLATE("a .ply a state, which the scene reader reads", T, float, double) {
+TEST_CASE_TEMPLATE("each state is a .ply that the scene reader reads", T, float, double) {
   const ScratchFolder folder("ply");
   States<T>().write(folder / "a.ply", 2);
   CHECK(folder.entries() == 2);
@@ -213,7 +213,7 @@ std::string inline_data(const pugi::xml_node& array, std::size_t size) {
   return bytes.substr(sizeof(std::uint64_t));
 }
 
-TEST_CASE_TEMPLATE("a .vtp a state and a .pvd that gives them their times", T, float, double) {
+TEST_CASE_TEMPLATE("each state is a .vtp, and a .pvd gives the states' times", T, float, double) {
   const ScratchFolder folder("vtp");
   States<T>().write(folder / "a.vtp", 3);
   CHECK(folder.entries() == 4);
@@ -266,7 +266,7 @@ TEST_CASE_TEMPLATE("a .ply holds faces and edges after its vertices", T, float, 
   }
 }
 
-TEST_CASE("a face of more corners than a byte counts has its .ply count them in four") {
+TEST_CASE("a .ply with a face of more than 255 corners counts corners in four bytes") {
   const ScratchFolder folder("ply-big");
   Topology big;
   big.faces = {{0, 1, 2}, std::vector<std::uint32_t>(256, 1)};
@@ -315,7 +315,7 @@ TEST_CASE("a .vtp holds lines and polygons, and a vertex cell for each particle 
   CHECK(integers(some.child("Lines").first_child(), 2) == Ids{0, 2});
 }
 
-TEST_CASE("a .pvtp in pieces: each has its own particles and cells, and marks what these reach of others") {
+TEST_CASE("a .pvtp in pieces: each piece has its own particles and cells, and marks particles of other pieces") {
   using Ids = std::vector<std::int64_t>;
   constexpr std::size_t count = 7;
   const ScratchFolder folder("pvtp");
@@ -401,7 +401,7 @@ class Sheet {
   }
 };
 
-TEST_CASE("a .vtp of several faces says where each of them ends") {
+TEST_CASE("a .vtp of several faces lists where each face ends") {
   using Ids = std::vector<std::int64_t>;
   const ScratchFolder folder("vtp-faces");
   Sheet().write<float>(folder / "sheet.vtp");
@@ -461,7 +461,7 @@ TEST_CASE_TEMPLATE("the .obj beside a .pc2 is its first state, with indices from
   CHECK(elements(folder.read("d.obj"), 'l') == Lines{"1 3", "2 2"});
 }
 
-TEST_CASE("a .obj that dvdx did not write is not replaced, one that it wrote is") {
+TEST_CASE("an .obj is replaced only if dvdx wrote it") {
   const ScratchFolder folder("pc2-mine");
   const Output output{.target = folder / "a.pc2", .particles = particles, .states = 2};
   folder.write("a.obj", "v 0 0 0\n");
@@ -477,7 +477,7 @@ TEST_CASE("a .obj that dvdx did not write is not replaced, one that it wrote is"
   CHECK(folder.read("b.obj") != first);
 }
 
-TEST_CASE("a count too large for a .pc2 is known before the run") {
+TEST_CASE("a count too large for a .pc2 is refused before the run") {
   const ScratchFolder folder("pc2-most");
   for (const auto& [count, states] : {std::pair<std::size_t, std::uint64_t>{1, 1ULL << 31U}, {1ULL << 31U, 1}}) {
     CHECK_THROWS_AS((void)make_writer<float>({.target = folder / "a.pc2", .particles = count, .states = states}), Fault);
@@ -485,7 +485,7 @@ TEST_CASE("a count too large for a .pc2 is known before the run") {
   CHECK(folder.entries() == 0);
 }
 
-TEST_CASE("nothing is left of a run that does not finish, and what was there stays") {
+TEST_CASE("an unfinished run leaves no file, and an earlier file stays") {
   for (const char* name : {"a.csv", "a.npz", "a.ply", "a.vtp", "a.pc2"}) {
     CAPTURE(std::string(name));
     const ScratchFolder folder("unfinished");
@@ -501,7 +501,7 @@ TEST_CASE("nothing is left of a run that does not finish, and what was there sta
   }
 }
 
-TEST_CASE("where one of several files cannot be put in its place, none of them is") {
+TEST_CASE("either all of several files are put in place, or none of them") {
   const ScratchFolder folder("all-or-none");
   std::vector<PartFile> files;
   for (const char* name : {"a", "b", "c"}) files.emplace_back(folder / name);
@@ -520,7 +520,7 @@ Exit exit_of(const std::filesystem::path& target, std::uint64_t states = 2) {
   }
 }
 
-TEST_CASE("a target that cannot be written is known before the run") {
+TEST_CASE("a target that cannot be written is refused before the run") {
   const ScratchFolder folder("targets");
   for (const char* name : {"none/a.csv", "none/a.npz", "none/a.ply", "none/a.vtp", "none/a.pc2"}) {
     CHECK(exit_of(folder / name) == Exit::input_output);
@@ -547,8 +547,7 @@ void write_changing(const std::filesystem::path& target) {
   writer->finish();
 }
 
-TEST_CASE(
-    "counts that change from state to state are written where the format has one for each, else refused with the reason") {
+TEST_CASE("a particle count that changes is written if the format has one for each state, else refused with the reason") {
   const ScratchFolder folder("changing");
   write_changing(folder / "a.csv");
   const auto rows = folder.read("a.csv");
@@ -573,7 +572,7 @@ TEST_CASE(
                        Fault);
 }
 
-TEST_CASE("an extension that nothing writes is a matter of usage, and the known ones are listed") {
+TEST_CASE("an unknown extension is a usage error, and the message lists the known ones") {
   CHECK_THROWS_WITH_AS(check_extension("a.xyz"),
                        "--out a.xyz: must end in .csv, .npz, .ply, .vtp, .pvtp, .pc2, .html, .obj, .png or .apng", Fault);
   CHECK_NOTHROW(check_extension("a.pc2"));
