@@ -327,7 +327,7 @@ TEST_CASE("a vertex that is left out may be named as fixed, but not in a constra
   }
 }
 
-// Files in the style of several programs. Each joins at least four particles to one cloth.
+// Files in the style of several programs. Each joins its particles to one piece of cloth.
 TEST_CASE("unusual .obj files are read as one piece of cloth") {
   const ScratchFolder folder("odd");
   const std::string square = "v 0 0 0\nv 1 0 0\nv 1 0 1\nv 0 0 1\n";
