@@ -1,4 +1,4 @@
-// Air on triangles, wide. The scalar twin: air_reference.hpp.
+// Air on triangles, wide. The derivation: air.hpp; each particle's drag: forces/drag.hpp. The scalar twin: air_reference.hpp.
 #pragma once
 
 #include <algorithm>

@@ -1,3 +1,4 @@
+// The exact step, damped or not, is derived in combined.cpp.
 #include "forces/spring.hpp"
 
 #include "forces/combined.hpp"

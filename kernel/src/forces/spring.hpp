@@ -1,4 +1,4 @@
-// An anchored spring, damped or not, along one axis. The exact step, with its derivation: combined.hpp.
+// An anchored spring, damped or not, along one axis. The exact step, with its derivation: combined.cpp.
 #pragma once
 
 #include "dvdx/method.hpp"

@@ -1,3 +1,4 @@
+// Finds the particle that each tether hangs from. How tethers hold: ball.hpp.
 #include "skin/tethers.hpp"
 
 #include <functional>

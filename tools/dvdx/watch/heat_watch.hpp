@@ -1,4 +1,4 @@
-// Whether a run heats: whether it has more kinetic energy than the start and the forces can have given.
+// Whether a run heats: whether it has more kinetic energy than the start and the forces can have given. The text: warnings.cpp.
 #pragma once
 
 #include <algorithm>

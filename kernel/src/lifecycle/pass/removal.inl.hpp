@@ -1,5 +1,5 @@
-// The removal pass over registers. It computes only ages and comparisons, and moves survivors, so that every instruction set
-// has the same bits.
+// The removal pass over registers, called after each step by lifecycle/live_chunks.hpp. It computes only ages and comparisons,
+// and moves survivors, so that every instruction set has the same bits. The scalar twin: removal_reference.hpp.
 #pragma once
 
 #include <algorithm>
