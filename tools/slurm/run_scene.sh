@@ -38,8 +38,8 @@ while :; do
   run "$@"
   status=$?
   tries=$((tries + 1))
-  # Codes up to 5 are dvdx's own: it is done, or would fail again.
-  if [ "$status" -le 5 ]; then
+  # Codes up to 6 are those of dvdx: it is done, or would fail again.
+  if [ "$status" -le 6 ]; then
     if [ -n "$next" ]; then scancel "$next"; fi
     exit "$status"
   fi
