@@ -82,7 +82,7 @@ struct SpringsStiffness {
 Springs springs_of(const Grid& grid);
 
 enum class Scheme {
-  leapfrog,      // flow h/2, the springs' pulse, flow h/2: second order, stable while omega h < 2, time-reversible undamped
+  leapfrog,      // flow h/2, the springs' pulse, flow h/2: second order, stable while omega h < 2, reversible without damping
   fourth_order,  // six pulses a step between exact flows (Blanes and Moan 2002)
   sequential,    // one pulse made by Gauss-Seidel sweeps over the springs: stable at any step for linear networks
   accumulate,    // the sum of each pair's own integral contribution, by `method`

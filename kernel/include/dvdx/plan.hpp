@@ -54,7 +54,7 @@ struct Options {
   // set_step() gives another; from then on longest_step is the length that the plan was compiled for. Compile a plan for
   // varying frames with the usual frame time; compile anew if the step changes for good.
   std::optional<double> longest_step{};
-  std::optional<Isa> isa{};  // none: best_isa()
+  std::optional<Isa> isa{};  // none: the one of DVDX_ISA, else the best: see forced_isa()
   Arithmetic arithmetic = Arithmetic::separate;
   std::size_t block = 0;  // particles that stay in first-level cache together: a multiple of 16, at most 1024; 0: chosen
   Rounding rounding = Rounding::plain;
@@ -313,7 +313,7 @@ class DVDX_EXPORT Plan {
   // forces[index] becomes `force`.
   [[nodiscard]] Expected<void> set_force(std::size_t index, const Force& force);
   // contacts[index] becomes `contact`: its pose and all its numbers. It cannot get a motion in a plan that was compiled without
-  // networks, constraints, skins and followers of a motion.
+  // networks, constraints, skins, meet and followers of a motion.
   [[nodiscard]] Expected<void> set_contact(std::size_t index, const Contact& contact);
   // networks[index] becomes `network`: stiffness, zero_length, damping and aerodynamics may differ; the kind, the particles,
   // rest lengths and triangles must not. Torn springs stay torn.

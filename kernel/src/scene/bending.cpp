@@ -61,7 +61,7 @@ class Joined {
     zero_length_[at->second] += q;
   }
 
-  // Added pairs get stiffness and rest length 0: they pull by zero_length alone.
+  // Added pairs get stiffness 0, and rest length 0 if rest lengths are given: they pull by zero_length alone.
   void finish(std::size_t before) {
     const std::size_t count = springs_.pairs.size();
     if (count != before) {

@@ -28,7 +28,7 @@ typedef enum dvdx_status {
   DVDX_FAILED,               // an unexpected failure; the message has the details
   DVDX_REPORT_DIFFERS,       // the report is for another number of contacts than the plan's scene has
   DVDX_WORKSPACE_DIFFERS,    // the workspace was made for another scene or precision
-  DVDX_DRIVEN_ELSEWHERE,     // dvdx_plan_set_pose or its like drove the plan, and nothing has driven the workspace
+  DVDX_DRIVEN_ELSEWHERE,     // dvdx_plan_set_pose or its like drove the plan since the workspace was made, not the workspace
   DVDX_TOO_MANY_NEIGHBOURS,  // more than most_neighbours particles came within reach of one: the state is as it was
 } dvdx_status;
 

@@ -276,7 +276,7 @@ DVDX_EXPORT dvdx_status dvdx_plan_meetings(const dvdx_plan* plan, const dvdx_wor
 // longest one that these keep stable: dvdx_plan_step_size() returns it.
 DVDX_EXPORT dvdx_status dvdx_plan_set_step(dvdx_plan* plan, double step, dvdx_error* error);
 // The plan's force, or contact, `index` becomes force, or contact, `from` of a scene. A contact cannot get a motion in a plan
-// that was compiled without networks, constraints, skins and followers of a motion.
+// that was compiled without networks, constraints, skins, meet and followers of a motion.
 DVDX_EXPORT dvdx_status dvdx_plan_replace(dvdx_plan* plan, size_t index, const dvdx_scene* scene, size_t from,
                                           dvdx_error* error);
 DVDX_EXPORT dvdx_status dvdx_plan_replace_contact(dvdx_plan* plan, size_t index, const dvdx_scene* scene, size_t from,
