@@ -50,6 +50,7 @@ class LineMeeting {
   [[gnu::always_inline]] void leave_out(std::size_t line, std::size_t k) const noexcept {
     planes_.leave_out(line - 1);
     for (; k < lines_.sheet.pitch; k += V::size) store_none(line + k);
+    if (k == lines_.sheet.pitch) planes_.leave_out(line + k);
   }
   void meet(std::size_t row, std::size_t phase) const noexcept {
     const LineStrand& strand = lines_.strand(row, phase);
@@ -73,8 +74,8 @@ class LineMeeting {
     const auto [is_long, r2, y] = length<arithmetic>(d);
     const V inverse = are_alike_ ? load_lanes<V>(inverse_ + at.s) : V(T(1));
     const Spring<V> spring = made_.at(at.s, inverse);
-    // A strand's columns are filled up with springs without stiffness, or of inverse 0: they give no force.
     Mask<V> is_sound = is_long & differ(inverse, V(T(0)));
+    if (at.count < V::size) is_sound = is_sound & first_lanes<V>(at.count);
     V g = spring.kappa * subtract_product<arithmetic>(spring.l, r2, y);
     V kt = spring.kappa;
     if constexpr (damping == Damping::along) {
