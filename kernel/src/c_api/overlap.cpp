@@ -14,7 +14,7 @@ bool overlap_from(const Runs& a, std::size_t i, const Runs& b, std::size_t k, st
   return false;
 }
 
-// The first run of a that ends above an address.
+// The first run of a that ends above an address, or the one before it: a run may end below and the next begin above.
 std::size_t first_behind(const Runs& a, std::uintptr_t address) noexcept {
   if (a.end(0) > address || a.stride == 0) return 0;
   return std::min<std::size_t>((address - a.low) / a.stride, a.count - 1);

@@ -1,6 +1,6 @@
 // A scene's network, compiled: springs in the form that a pass walks, constraints, the order of the particles in the working
-// columns, and the sub-steps that the springs ask for. Only the constant accelerations among the forces matter to it. Several
-// plans may share one; its only owner changes it in place (plan/in_place.hpp).
+// columns, and the sub-steps that the springs ask for. Only the steady part of the forces and of the wind matters to it.
+// Several plans may share one; its only owner changes it in place (plan/in_place.hpp).
 #pragma once
 
 #include <cstddef>

@@ -15,9 +15,9 @@
 
 namespace dvdx {
 
-// Whether a plan's particles are those of one state, or come and go (lifecycle/compiled_lifecycle.hpp). Particles that come and go have
-// no working columns, and their stepper moves the surfaces that follow a motion from step to step. If they meet as well, they
-// are stepped in columns for `count` particles, of which a state has any number.
+// Whether a plan's particles are those of one state, or come and go (lifecycle/compiled_lifecycle.hpp). Particles that come and
+// go have no working columns, and their stepper moves the surfaces that follow a motion from step to step. If they meet as
+// well, they are stepped in columns for `count` particles, of which a state has any number.
 enum class Particles { of_state, come_and_go, come_and_meet };
 
 template <class T>

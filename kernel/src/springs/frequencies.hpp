@@ -57,7 +57,7 @@ Frequencies frequencies(std::span<const JoinedPair> springs, const std::optional
                         std::span<const double> w, std::span<const Vec3> start);
 
 // The largest stable z = frequency * sub-step and q = damping's rate * sub-step, which may belong to any two modes. Infinite if
-// any value is stable.
+// every value is stable.
 struct StableRange {
   double frequency = std::numeric_limits<double>::infinity(), damping = std::numeric_limits<double>::infinity();
   enum class Rule {

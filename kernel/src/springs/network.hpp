@@ -46,7 +46,9 @@ template <class T>
 struct WorkColumns {
   std::array<T*, 3> x{};             // m, from `origin` if there is one
   std::array<T*, 3> v{};             // m/s
-  std::array<T*, 3> v_next{};        // v after a pulse that damps, apart from v, as the pulse reads the neighbours' v
+  // v after a pulse: the column v itself, but in a damped network of accumulate, whose pulse reads the neighbours' v. In a
+  // damped one of generalized alpha it is as in AlphaTerms.
+  std::array<T*, 3> v_next{};
   std::array<T*, 3> a0{};            // m/s^2: M^-1 F(x, v) of all springs, where some damp
   std::array<T*, 3> a1{};            // m/s^3: -M^-1 C a0
   std::array<const T*, 3> origin{};  // null, or each particle's position at the step's start

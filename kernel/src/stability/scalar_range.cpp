@@ -57,7 +57,7 @@ void range_of_radius(Checker& check, const std::string& field, double value) {
   range_of_length<T>(check, field, value);
 }
 
-// The test in (contact/surfaces/shape.hpp) compares the fourth power of the size of the ball that holds a body.
+// A test of contact/surfaces/shape.hpp compares the fourth power of the size of the ball that contains a body.
 template <class T>
 void range_of_body(Checker& check, const std::string& field, double size, double thickness, const std::string& at) {
   const double most = std::sqrt(std::sqrt(double{std::numeric_limits<T>::max()})) / 4;

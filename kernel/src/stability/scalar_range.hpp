@@ -1,5 +1,5 @@
-// Checks for finite values of a scene that the plan's scalar type cannot hold, or whose coefficients it cannot hold. The largest
-// stable step: springs/frequencies.hpp.
+// Checks for finite values of a scene that the plan's scalar type cannot hold, or whose coefficients it cannot hold. The
+// largest stable step: springs/frequencies.hpp.
 #pragma once
 
 #include <optional>

@@ -220,7 +220,7 @@ void end_sweeps(const AlphaTerms<T>& alpha, const WorkColumns<T>& work, std::siz
       x = multiply_add<arithmetic>(alpha.x_b, b - a, x);
       const T dv = multiply_add<arithmetic>(alpha.v_b, b, alpha.v_a * a);
       v = v + dv;
-      a = b - b == T(0) ? b : T(0);  // NaN must not enter the next sub-step
+      a = b - b == T(0) ? b : T(0);  // only finite numbers enter the next sub-step
     }
   }
 }

@@ -80,7 +80,7 @@ void end_sweeps(const AlphaTerms<Scalar<V>>& alpha, const WorkColumns<Scalar<V>>
       const V b = subtract_product<arithmetic>(b_S * S, b_a, a);
       store_lanes(x_column + i, multiply_add<arithmetic>(x_b, b - a, x));
       store_lanes(v_column + i, v + multiply_add<arithmetic>(v_b, b, v_a * a));
-      store_lanes(a_column + i, select(b - b == zero, b, zero));  // NaN must not enter the next sub-step
+      store_lanes(a_column + i, select(b - b == zero, b, zero));  // only finite numbers enter the next sub-step
     }
   }
 }
