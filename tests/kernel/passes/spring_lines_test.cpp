@@ -376,6 +376,29 @@ TEST_CASE("spring lines: sheets of every shape give the scalar reference's bits 
   }
 }
 
+// A towel let go: its springs are at rest but for rounding. The lines of 64 columns end where the next ones begin.
+TEST_CASE("spring lines: a sheet whose rows fill their registers gives the scalar reference's bits on every ISA") {
+  constexpr std::size_t rows = 3, columns = 64, steps = 4;
+  Joined joined;
+  joined.name = "towel";
+  for (std::size_t i = 0; i < rows * columns; ++i) {
+    const double u = static_cast<double>(i % columns) / (columns - 1), w = static_cast<double>(i / columns) / (rows - 1);
+    joined.x.push_back({0.63 * u - 0.315, 0.68 - 0.63 * w, 0.03 * w});
+  }
+  joined.v.resize(joined.x.size());
+  joined.scene.mass = 5e-5;
+  joined.scene.add(Network(Grid{
+      .rows = rows, .columns = columns, .edge_u = {0.63, 0, 0}, .edge_v = {0, -0.63, 0.03}, .structural = 400, .shear = 100}));
+  joined.scene.add(Constant{.acceleration = {0, -9.81, 0}});
+  joined.scene.add(Drag{.coefficient = 3e-5});
+  joined.scene.coupling = {.scheme = Scheme::sequential, .substeps = 1};
+  const std::vector<float> wanted = stepped<float>(joined, {}, steps);
+  for (const Isa isa : available_isas()) {
+    const std::string difference = test::difference(wanted, stepped<float>(joined, {.isa = isa}, steps));
+    CHECK_MESSAGE(difference.empty(), std::string(name(isa)) << ": " << difference);
+  }
+}
+
 double turning_of(const Joined& joined) { return test::plan_of<double>(joined, {}).network_limit()->estimate.turning; }
 
 // Adds weight until the estimate's turning is five, so that line forces are redirected.
