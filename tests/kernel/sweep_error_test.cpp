@@ -98,15 +98,15 @@ double mean_reach(Net net, Scheme scheme, std::optional<int> substeps) {
 }
 
 TEST_CASE("sequential by itself: the estimate of a swing's error is near what is measured") {
-  for (const auto& [springs, k, load] : {LoadedRope{3, 1e5, 100}, {10, 1e4, 100}, {10, 1e5, 100}}) {
-    Net net = rope(springs, k, load, {1, 0, 0});
+  for (const LoadedRope& swung : {LoadedRope{3, 1e5, 100}, {10, 1e4, 100}, {10, 1e5, 100}}) {
+    Net net = rope(swung.springs, swung.k, swung.load, {1, 0, 0});
     net.scene.forces.pop_back();  // the drag
     const double right = mean_reach(net, Scheme::leapfrog, std::nullopt);
     for (const int substeps : {6, 12}) {
       net.scene.coupling.substeps = substeps;
       const double measured = mean_reach(net, Scheme::sequential, substeps) - right;
       const double estimated = limit_of(net).estimate.motion;
-      CAPTURE(springs);
+      CAPTURE(swung.springs);
       CAPTURE(substeps);
       CAPTURE(measured);
       CHECK(estimated <= 2 * measured);
