@@ -44,8 +44,8 @@ struct InverseRoot<double> {
 // from one axis to the next is the same in x, v, origin and shift.
 template <class T>
 struct WorkColumns {
-  std::array<T*, 3> x{};             // m, from `origin` if there is one
-  std::array<T*, 3> v{};             // m/s
+  std::array<T*, 3> x{};  // m, from `origin` if there is one
+  std::array<T*, 3> v{};  // m/s
   // v after a pulse: the column v itself, but in a damped network of accumulate, whose pulse reads the neighbours' v. In a
   // damped one of generalized alpha it is as in AlphaTerms.
   std::array<T*, 3> v_next{};
