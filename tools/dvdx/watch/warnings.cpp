@@ -90,23 +90,40 @@ std::optional<Warning> warning_of_rods(const LoadedScene& loaded, const Outcome&
                              : std::string("Start with it at its length, or leave its length to the start (\"start\")")};
 }
 
-// Whether nothing but the time stepping can take energy: rods, and forces with a potential that `energy` counts.
-bool is_conservative(const LoadedScene& loaded) {
-  const Scene& scene = loaded.file.scene;
-  const auto is_constant = [](const Force& force) { return std::holds_alternative<Constant>(force); };
-  const auto keeps_energy = [](const Constraint& constraint) {
-    const auto* const distance = std::get_if<Distance>(&constraint);
-    return distance == nullptr || distance->bound == Bound::equal;
+// Whether the start's velocities keep the rods' lengths. The first step takes the part along a rod, as it must.
+bool keeps_lengths(const SceneFile& file, const Distance& rods) {
+  constexpr double most = 1e-3;  // of the speed between a rod's ends
+  const auto& fixed = file.scene.fixed;
+  const auto velocity_of = [&](std::size_t i) {
+    return std::binary_search(fixed.begin(), fixed.end(), i) ? Vec3{} : value_of(file.particles.velocity, i);
   };
-  return scene.networks.empty() && scene.contacts.empty() && scene.motions.empty() && scene.tethers.empty() && !scene.meet &&
-         !is_live(loaded.file) && std::all_of(scene.forces.begin(), scene.forces.end(), is_constant) &&
+  return std::all_of(rods.pairs.begin(), rods.pairs.end(), [&](const Pair& ends) {
+    const Vec3 from = value_of(file.particles.position, ends[0]), to = value_of(file.particles.position, ends[1]);
+    const Vec3 v = velocity_of(ends[0]), w = velocity_of(ends[1]);
+    double along = 0;
+    for (std::size_t k = 0; k < 3; ++k) along += (to[k] - from[k]) * (w[k] - v[k]);
+    return std::abs(along) <= most * length_between(from, to) * length_between(v, w);
+  });
+}
+
+// Whether nothing but the time stepping can take energy: rods alone, and constant forces, whose potential `energy` counts.
+bool is_conservative(const SceneFile& file) {
+  const Scene& scene = file.scene;
+  const auto is_constant = [](const Force& force) { return std::holds_alternative<Constant>(force); };
+  const auto keeps_energy = [&](const Constraint& constraint) {
+    const auto* const rods = std::get_if<Distance>(&constraint);
+    return rods != nullptr && rods->bound == Bound::equal && keeps_lengths(file, *rods);
+  };
+  return scene.networks.empty() && scene.contacts.empty() && scene.motions.empty() && scene.kinematic.empty() &&
+         scene.skins.empty() && scene.tethers.empty() && !scene.meet && !is_live(file) &&
+         std::all_of(scene.forces.begin(), scene.forces.end(), is_constant) &&
          std::all_of(scene.constraints.begin(), scene.constraints.end(), keeps_energy);
 }
 
 // Rods that meet in rings, trees and nets are swept, and lose energy where their motion is fast for the sub-step.
 std::optional<Warning> warning_of_loss(const LoadedScene& loaded, const Outcome& outcome) {
   constexpr double most = 0.1;  // of the energy that can be in the motion
-  if (loaded.file.scene.constraints.empty() || !outcome.warmth || !is_conservative(loaded)) return std::nullopt;
+  if (loaded.file.scene.constraints.empty() || !outcome.warmth || !is_conservative(loaded.file)) return std::nullopt;
   const double limit = outcome.energy_start - most * outcome.warmth->given;
   if (!(outcome.energy_end < limit)) return std::nullopt;
   return Warning{
